@@ -87,7 +87,7 @@ def test_a_force_far_off_its_axis_is_a_finding(share: float, sense: float, vecto
     assert finding["location"]["nodes"] == [5]
     own = "+Y" if sense > 0 else "-Y"
     told = headline({"verdict": "missing-physics", "findings": [finding], "fit": [], "parameters": {}})
-    assert told.startswith(f"The force recorded at node 5 in {own} acts at node 5 in {vector}")
+    assert told.startswith(f"The force recorded at node 5 in {own} acts there along {vector}")
 
 
 def test_a_share_that_explains_nothing_is_left_out(reduced: ReducedModel) -> None:

@@ -228,7 +228,7 @@ def considered_text(finding: Mapping[str, Any]) -> str:
 
 
 def misplaced_text(finding: Mapping[str, Any]) -> str:
-    """Where a force that was recorded elsewhere acts; empty for another finding.
+    """Where a force that was recorded elsewhere, or in another direction, acts; empty for another finding.
 
     >>> acts = {"node": {"value": 1217}, "direction": {"value": "+Z"}}
     >>> found = {"physics": "load_misplaced", "parameters": acts, "recorded": [{"node": 2017, "direction": "+Z"}]}
@@ -240,7 +240,10 @@ def misplaced_text(finding: Mapping[str, Any]) -> str:
         return ""
     recorded = " and ".join(f"node {r.get('node')} in {r.get('direction')}" for r in rows(finding.get("recorded")))
     force = f"the force recorded at {recorded}" if recorded else "the recorded force"
-    return f"{force} acts at node {number(acts['node']):.0f} in {mapping(acts.get('direction')).get('value')}"
+    direction = mapping(acts.get("direction")).get("value")
+    if [number(r.get("node")) for r in rows(finding.get("recorded"))] == [number(acts["node"])]:
+        return f"{force} acts there along {direction}"
+    return f"{force} acts at node {number(acts['node']):.0f} in {direction}"
 
 
 def how_much(finding: Mapping[str, Any]) -> list[tuple[str, str]]:
