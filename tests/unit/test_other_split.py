@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from femend.diagnose import other_split
@@ -37,7 +38,7 @@ def with_left(monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
 
 def one_force_leaves(first: Searched, misfit: float) -> Searched:
     """The search with a free force at any place leaving so much."""
-    left = [cast(Any, SimpleNamespace(score=misfit, prior=0.0, p=one.fit.p)) for one in first.located]
+    left = [cast(Any, SimpleNamespace(misfit=np.array([misfit]), prior=0.0, p=one.fit.p)) for one in first.located]
     return replace(first, located=[replace(one, fit=fit) for one, fit in zip(first.located, left, strict=True)])
 
 

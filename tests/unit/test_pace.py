@@ -24,7 +24,7 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
         loop = SimpleNamespace(sigma=path[-1][0] if path else 10.0, size=lambda: 100)
         reached = SimpleNamespace(cost=cost, e=np.array([cost**0.5]))
         start = SimpleNamespace(left=np.nan)
-        return nonlinear._Run(name, cast(Any, start), cast(Any, SimpleNamespace(loop=loop)), reached, path)
+        return nonlinear.Run(name, cast(Any, start), cast(Any, SimpleNamespace(loop=loop)), reached, path)
 
     def widened(before: Any, sigma: float) -> Any:
         followed.append((before.name, sigma))
@@ -42,7 +42,7 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
             "_begun": begun,
             "_best_of_each": lambda runs: runs,
             "_with_model_free": lambda runs, recovered: runs,
-            "_from_shorter": lambda runs, recovered: runs,
+            "from_shorter": lambda runs, recovered: runs,
             "_widened": widened,
             "_candidate": lambda loop, start, name, reached, covariance: SimpleNamespace(
                 name=name, sigma=loop.sigma, fitted=reached.cost
@@ -51,8 +51,8 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
         }
         for attribute, value in made.items():
             monkeypatch.setattr(nonlinear, attribute, value)
-        given = cast(Any, None)
-        return [c.name for c in fit_nonlinear(given, given, given, given, [(n, given) for n in names], pace)]
+        given, recovered = cast(Any, None), cast(Any, SimpleNamespace(fit=SimpleNamespace(score=9.0)))
+        return [c.name for c in fit_nonlinear(given, given, given, recovered, [(n, given) for n in names], pace)]
 
     pace = Pace()
     # before a law explains whole records nothing is given up for it
@@ -98,7 +98,7 @@ def test_a_law_far_from_the_noise_is_followed_as_long_as_it_falls(fell: float, s
 
     descent = SimpleNamespace(loop=SimpleNamespace(size=lambda: 1), run=again)
     start = SimpleNamespace(z=1e4, e=np.array([100.0]), cost=1e4, fell=fell)
-    nonlinear._on_its_way(nonlinear._Run("cubic_stiffness", cast(Any, None), cast(Any, descent), cast(Any, start)))
+    nonlinear._on_its_way(nonlinear.Run("cubic_stiffness", cast(Any, None), cast(Any, descent), cast(Any, start)))
     assert len(made) == runs
 
 

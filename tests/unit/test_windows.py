@@ -295,7 +295,7 @@ def test_laws_go_on_in_their_first_window_with_the_model_free(gets_on: bool) -> 
     held = cast(Any, SimpleNamespace(cost=0.9, z=np.zeros(1), e=np.array([1.0])))
     begun = nonlinear.Run("clearance", cast(Any, None), descent, held, ((10.0, 0.9),))
 
-    def after(left: float) -> nonlinear._Run:
+    def after(left: float) -> nonlinear.Run:
         (run,) = nonlinear._with_model_free([begun], cast(Any, SimpleNamespace(fit=SimpleNamespace(score=left))))
         return run
 
