@@ -14,12 +14,13 @@ import pytest
 from femend.diagnose import name, nonlinear, window
 from femend.diagnose.advice import only_beginning
 from femend.diagnose.candidates import Start
-from femend.diagnose.joint import open_joint
+from femend.diagnose.joint import Joint, open_joint
 from femend.diagnose.judge import Given, Tried
 from femend.diagnose.nonlinear import fit_nonlinear, refit_nonlinear
-from femend.diagnose.recovered import recover
+from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.runs import wider_windows
 from femend.diagnose.settings import Settings
+from femend.diagnose.update import UpdatedModel
 from femend.model import find_places
 from femend.physics import physics
 
@@ -194,13 +195,20 @@ def test_windows_widen_a_little_at_a_time() -> None:
     assert wider_windows(problem, 0.15) == [0.0]
 
 
-def test_a_softening_law_that_is_read_too_strong_begins_weaker(tmp_path: Path) -> None:
-    start = small_study.updated(tmp_path, small_study.Truth(laws=[(13, "cubic_stiffness", {"k3": -1.5e6})]))
+def opened_at(folder: Path, truth: small_study.Truth, node: int) -> tuple[UpdatedModel, Joint, Recovered]:
+    """The updated study of a `truth`, with its `node` opened to ground in Z, and the force read off there."""
+    start = small_study.updated(folder, truth)
     places = find_places(start.reduced.model)
-    place = next(p for p in places if p.kind == "ground" and p.nodes == (13,) and p.direction == "Z")
+    place = next(p for p in places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
     joint = open_joint(place, start.reduced, start.problem.band[1], start.g_rows)
     recovered = recover(start.problem, joint, start.null.p)
     assert recovered is not None
+    return start, joint, recovered
+
+
+def test_a_softening_law_that_is_read_too_strong_begins_weaker(tmp_path: Path) -> None:
+    truth = small_study.Truth(laws=[(13, "cubic_stiffness", {"k3": -1.5e6})])
+    start, joint, recovered = opened_at(tmp_path, truth, 13)
     # with ten times the force the beam would run away from its clamp
     strong = Start(physics("cubic_stiffness"), {"k3": -1.5e7}, -100.0, 0.0, 0.5)
     found = fit_nonlinear(start.problem, start.problem, joint, recovered, [("cubic_stiffness", strong)])
@@ -211,12 +219,7 @@ def test_a_softening_law_that_is_read_too_strong_begins_weaker(tmp_path: Path) -
 
 def test_a_stop_that_is_lost_in_the_first_window_is_begun_in_shorter_ones(tmp_path: Path) -> None:
     truth = small_study.Truth(laws=[(10, "clearance", {"k": 1e5, "gap": 1e-4, "sides": 2.0})])
-    start = small_study.updated(tmp_path, truth)
-    places = find_places(start.reduced.model)
-    place = next(p for p in places if p.kind == "ground" and p.nodes == (10,) and p.direction == "Z")
-    joint = open_joint(place, start.reduced, start.problem.band[1], start.g_rows)
-    recovered = recover(start.problem, joint, start.null.p)
-    assert recovered is not None
+    start, joint, recovered = opened_at(tmp_path, truth, 10)
     # as stops are read off lines in a band: too wide and too soft, with a spring beside them
     wide = Start(physics("clearance"), {"k": 6e4, "gap": 2.5e-4, "sides": 2.0}, 4e4, 0.0, 0.3)
     (found,) = fit_nonlinear(start.problem, start.problem, joint, recovered, [("clearance", wide)])
@@ -226,12 +229,7 @@ def test_a_stop_that_is_lost_in_the_first_window_is_begun_in_shorter_ones(tmp_pa
 
 def test_a_law_whose_motion_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
     truth = small_study.Truth(laws=[(10, "cubic_stiffness", {"k3": 1e9})])
-    start = small_study.updated(tmp_path, truth)
-    places = find_places(start.reduced.model)
-    place = next(p for p in places if p.kind == "ground" and p.nodes == (10,) and p.direction == "Z")
-    joint = open_joint(place, start.reduced, start.problem.band[1], start.g_rows)
-    recovered = recover(start.problem, joint, start.null.p)
-    assert recovered is not None
+    start, joint, recovered = opened_at(tmp_path, truth, 10)
     strong = Start(physics("cubic_stiffness"), {"k3": 1.7e9}, 0.0, 0.0, 0.3)
     (found,) = fit_nonlinear(start.problem, start.problem, joint, recovered, [("cubic_stiffness", strong)])
     assert found.sigma == 0.0

@@ -20,6 +20,7 @@ __all__ = [
     "PART_OF_TWO",
     "beside_laws",
     "only_beginning",
+    "seconds_seen",
 ]
 
 # growth of a stiffness over the band that does not have to be told
@@ -63,7 +64,7 @@ def only_beginning(sigma: float, nonlinear: bool = True, shortest: float = inf) 
     what it leaves later on has another reason."""
     if sigma == 0:
         return ""
-    first = plain(min(3 / sigma, shortest / 2), 2)
+    first = seconds_seen(sigma, shortest)
     reach = f"the law explains about the first {first} s of the recordings to the noise, and less of the rest: "
     if not nonlinear:
         return reach + (
@@ -75,6 +76,11 @@ def only_beginning(sigma: float, nonlinear: bool = True, shortest: float = inf) 
         "law is missing. How far predictions are off, the errors of held-out recordings tell: record short bursts from "
         "rest to check it"
     )
+
+
+def seconds_seen(sigma: float, shortest: float = inf) -> str:
+    """How many seconds of a recording count in a window exp(-sigma t), half of the `shortest` one's (s) at the most."""
+    return plain(min(3 / sigma, shortest / 2), 2)
 
 
 def _at_frequency(law: Candidate, problem: Problem) -> str:

@@ -63,8 +63,7 @@ def diagnose_records(
 
     `zeta` is the starting damping ratio; `so_far` is filled on the way. `contradicts` is asked of the updated model
     whether deck and recordings contradict each other as a whole; then nothing is looked for that neither the updated
-    model nor a force at one place comes near.
-    Raises RecordingError where there is nothing to fit.
+    model nor a force at one place comes near. Raises RecordingError where there is nothing to fit.
     """
     settings, so_far = settings or Settings(), so_far or SoFar()
     tell = progress or SilentProgress()
@@ -105,8 +104,8 @@ def explain(
     contradicted: bool = False,
 ) -> Diagnosis:
     """Names what is missing at the places `located` (of all `places`), or says that nothing is; `further` effects are
-    looked for where one does not explain enough. `so_far` is filled on the way; where deck and
-    recordings are `contradicted` by each other, no law is tried that a force at one place does not stand for."""
+    looked for where one does not explain enough. `so_far` is filled on the way; where deck and recordings are
+    `contradicted` by each other, no law is tried that a force at one place does not stand for."""
     tell, so_far = tell or SilentProgress(), so_far or SoFar()
     loud = louder(start, located)
     now, at = (start, located) if loud is None else (loud.start, loud.located)

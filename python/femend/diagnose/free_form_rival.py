@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.diagnose.advice import seconds_seen
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.closed_loop import COARSE, COMPANION_SD, FINE, ClosedLoop
 from femend.diagnose.descent import Descent, Reached
@@ -25,7 +26,6 @@ from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.estimate import Problem
-from femend.numerals import plain
 from femend.physics import PARTS, Surrogate, classify, physics, surrogate_start
 from femend.threads import at_once
 
@@ -55,7 +55,7 @@ class Rival:
         kind = f"a force that is {', '.join(self.labels)}" if self.labels else "a force of no class that can be told"
         sigma = self.ranked.candidate.sigma
         beginning = (
-            f"; it was fitted to about the first {plain(3 / sigma, 2)} s of the recordings, and explains less of the "
+            f"; it was fitted to about the first {seconds_seen(sigma)} s of the recordings, and explains less of the "
             "rest: record a weaker level too, or short bursts from rest"
             if sigma > 0
             else ""

@@ -97,18 +97,19 @@ def step_by_step(run: Run, recovered: Recovered) -> Run | None:
     """
     problem, first = run.descent.loop.problem, run.descent.loop.sigma
     shortest = SHORTER[0] * problem.scale()
-    start = _alone_first(run, recovered, shortest)
+    begun = _alone_first(run, recovered, shortest)
+    if begun is None:
+        return None
+    descent, there = begun
     reached: Run | None = None
-    descent, there = start if start is not None else (run.descent, None)
     for sigma in (shortest, *wider_windows(problem, shortest)):
-        if there is None:
-            break
         descent = descent.on(descent.loop.at(sigma), everything=True)
-        there = descent.run(there.z, FIRST)
-        if there is not None and _left(descent, there) > EXPLAINS:
-            there = descent.run(there.z, LONGER, thorough=True)
-        if there is None or _left(descent, there) > EXPLAINS:
+        further = descent.run(there.z, FIRST)
+        if further is not None and _left(descent, further) > EXPLAINS:
+            further = descent.run(further.z, LONGER, thorough=True)
+        if further is None or _left(descent, further) > EXPLAINS:
             break
+        there = further
         reached = Run(run.name, run.start, descent, there, ((sigma, there.cost),))
     return reached if reached is not None and reached.descent.loop.sigma < first else None
 

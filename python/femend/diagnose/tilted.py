@@ -104,19 +104,20 @@ def force_tilt(
     begun = _pointed(start, own, others) if tilt is None else [tilt]
     if not begun:
         return None
-
-    def updated(tilt: ForceTilt) -> UpdatedModel:
-        return update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
-
-    tilt, again = min(((t, updated(t)) for t in begun), key=lambda t: _cost(t[1]))
+    tilt, again = min(((t, _updated(start, t, zeta)) for t in begun), key=lambda t: _cost(t[1]))
     closer = _refined(start, again, tilt, 1.0, BENT * enough)
     if closer is not None:
         # the model was bent by what the force did
-        tilt, again = closer, updated(closer)
+        tilt, again = closer, _updated(start, closer, zeta)
     tilt, again = _as_few(start, tilt, again, zeta, settings)
     if _cost(again) > min(LEFT * _cost(start), enough):
         return None
     return tilt, again, locate(again.problem, again.reduced, places, again.null)
+
+
+def _updated(start: UpdatedModel, tilt: ForceTilt, zeta: float) -> UpdatedModel:
+    """The model updated anew on the records of `start`, with their force turned."""
+    return update_model(start.reduced.model, [tilt.on(r) for r in start.problem.records], zeta)
 
 
 def _cost(updated: UpdatedModel) -> float:
@@ -149,7 +150,7 @@ def _as_few(
         fewer = replace(tilt, others=tuple((row, 0.0 if j == i else a) for j, (row, a) in enumerate(tilt.others)))
         if not tilt.others[i][1] or not any(share for _, share in fewer.others):
             continue
-        updated = update_model(start.reduced.model, [fewer.on(r) for r in start.problem.records], zeta)
+        updated = _updated(start, fewer, zeta)
         if _cost(updated) <= _cost(again) + settings.gain_cost:
             tilt, again = fewer, updated
     return tilt, again

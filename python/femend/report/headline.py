@@ -17,6 +17,7 @@ from femend.report.noise import BEYOND_NOISE, farthest_from_noise, noise_without
 from femend.report.numbers import factor_as_percent, ratio
 from femend.report.vocabulary import PHYSICS
 from femend.report.words import (
+    acts_where_recorded,
     by_importance,
     is_tentative,
     misplaced_text,
@@ -176,19 +177,14 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
             + _or_rather(finding)
         )
     if misplaced := misplaced_text(findings[0]):
-        before = "nominal" if _turned(findings[0]) else "parameters"
+        # the parameters are updated with a force that was turned where it is
+        before = "nominal" if acts_where_recorded(findings[0]) else "parameters"
         return f"{sentence(misplaced)}{_gain(result, before, 'final')}."
     gain = _gain(result, "parameters", "final")
     lead = "Most likely missing" if any(map(is_tentative, findings)) else "Missing"
     if any(map(_or_rather, findings)):
         lead = "Possibly missing"
     return f"{lead}: {'; and '.join(parts)}{gain}."
-
-
-def _turned(finding: Result) -> bool:
-    """Whether a load acts where it was recorded, in another direction: the parameters are updated with it then."""
-    node = number(mapping(mapping(finding.get("parameters")).get("node")).get("value"))
-    return node in [number(r.get("node")) for r in rows(finding.get("recorded"))]
 
 
 def _or_rather(finding: Result) -> str:

@@ -241,9 +241,15 @@ def misplaced_text(finding: Mapping[str, Any]) -> str:
     recorded = " and ".join(f"node {r.get('node')} in {r.get('direction')}" for r in rows(finding.get("recorded")))
     force = f"the force recorded at {recorded}" if recorded else "the recorded force"
     direction = mapping(acts.get("direction")).get("value")
-    if [number(r.get("node")) for r in rows(finding.get("recorded"))] == [number(acts["node"])]:
+    if acts_where_recorded(finding):
         return f"{force} acts there along {direction}"
     return f"{force} acts at node {number(acts['node']):.0f} in {direction}"
+
+
+def acts_where_recorded(finding: Mapping[str, Any]) -> bool:
+    """Whether a misplaced load acts at the one node where it was recorded, in another direction."""
+    node = number(mapping(mapping(finding.get("parameters")).get("node")).get("value"))
+    return node is not None and [number(r.get("node")) for r in rows(finding.get("recorded"))] == [node]
 
 
 def how_much(finding: Mapping[str, Any]) -> list[tuple[str, str]]:
