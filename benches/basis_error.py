@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.update import modelled
+from femend.diagnose.updating.update import modelled
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.model import Model, ReducedModel, parameter_moves, read_model
 from femend.study import load_study

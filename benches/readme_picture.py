@@ -25,7 +25,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import femend as fe
-from femend.diagnose.mismatch import mismatch_map
+from femend.diagnose.deciding.mismatch import mismatch_map
 from femend.report.content import MismatchMap
 from femend.report.plots import draw_mismatch, paper_style
 from femend.report.plots.style import CURVES, SOFT

@@ -15,18 +15,18 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import open_joint
-from femend.diagnose.judge import Given, to_beat
-from femend.diagnose.locate import Located
-from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.pairs import Searched
-from femend.diagnose.ranked import Ranked
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.fitting.terms import Term
+from femend.diagnose.locating.joint import open_joint
+from femend.diagnose.locating.locate import Located
+from femend.diagnose.locating.split import split_records
+from femend.diagnose.naming.judge import Given, to_beat
+from femend.diagnose.naming.ranked import Ranked
 from femend.diagnose.settings import Settings
-from femend.diagnose.split import split_records
-from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, fitted_together
-from femend.diagnose.update import UpdatedModel, update_model
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.several.together import Scored, fitted_together
+from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model
 from femend.model.places import find_places

@@ -26,9 +26,9 @@ from femend.cli.summary import summary
 from femend.data import FRF, Test
 from femend.diagnose import Diagnosis, Settings
 from femend.diagnose.diagnosis import explain
-from femend.diagnose.locate import Located
-from femend.diagnose.locate import locate as locate_places
-from femend.diagnose.update import UpdatedModel, update_model
+from femend.diagnose.locating.locate import Located
+from femend.diagnose.locating.locate import locate as locate_places
+from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.errors import ArgumentError, ModelError, PairingError, RecordingError, UpdatingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, pair_test
 from femend.estimate.other_units import refuse_other_units

@@ -3,7 +3,8 @@
 
 For every case what a slope of the model's unknowns over the logarithm of the level is worth, in units of what noise
 does (one is expected of a linear structure), what is allowed beside the misfit of the updated model, and whether that
-counts as something that is not linear (femend/diagnose/with_level.py). The truth is read to be printed beside it.
+counts as something that is not linear (femend/diagnose/updating/with_level.py). The truth is read to be printed beside
+it.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ import pathlib
 
 from scipy.stats import chi2
 
-from femend.diagnose.each_alone import fitted_one_by_one
-from femend.diagnose.unrecorded import locate_drive
-from femend.diagnose.update import UpdatedModel, update_model
-from femend.diagnose.with_level import ALIKE, RARE, drift, drifted
+from femend.diagnose.driven.unrecorded import locate_drive
+from femend.diagnose.updating.each_alone import fitted_one_by_one
+from femend.diagnose.updating.update import UpdatedModel, update_model
+from femend.diagnose.updating.with_level import ALIKE, RARE, drift, drifted
 from femend.estimate import fit_records, pair_test
 from femend.model import read_model
 from femend.study import load_study

@@ -15,14 +15,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.late_sensors import SensorTimes
-from femend.diagnose.locate import locate
-from femend.diagnose.low_cut import LowCut
-from femend.diagnose.put_right import put_right
-from femend.diagnose.recorded_off import RecordedOff
-from femend.diagnose.sensed import sensed_places
+from femend.diagnose.locating.locate import locate
+from femend.diagnose.locating.sensed import sensed_places
+from femend.diagnose.recordings.late_sensors import SensorTimes
+from femend.diagnose.recordings.low_cut import LowCut
+from femend.diagnose.recordings.put_right import put_right
+from femend.diagnose.recordings.recorded_off import RecordedOff
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import update_model
+from femend.diagnose.updating.update import update_model
 from femend.estimate import FitRecord, fit_records, pair_test, used_band
 from femend.model import find_places, read_model, reduce_model
 from femend.study import load_study

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from bent_beam import RATE, N, answers, bent_beam, record, row
-from femend.diagnose import update
+from femend.diagnose.updating import update
 from femend.estimate import FitRecord, further_band, spectral_lines, used_band
 from femend.estimate.power import holds_power, may_be_noise
 from femend.model import ReducedModel

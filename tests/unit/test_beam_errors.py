@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femend.diagnose import update
-from femend.diagnose.dressed import dressed
+from femend.diagnose.locating.dressed import dressed
+from femend.diagnose.updating import update
 from femend.model import ReducedModel, reduce_model
 from femend.model.form_errors import form_errors
 from femend.model.freed import freed

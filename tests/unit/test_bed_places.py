@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import eigh
 from tests.small_study import Truth, deck, dense_modes, diagnosed, updated
 
-from femend.diagnose.beddings import likely_beddings
-from femend.diagnose.dressed import with_own
+from femend.diagnose.locating.beddings import likely_beddings
+from femend.diagnose.locating.dressed import with_own
 from femend.model import Model, Place, ReducedModel, read_model, reduce_model
 from femend.model.bed_extents import BedExtents
 from femend.model.bed_places import Beds, bed_places

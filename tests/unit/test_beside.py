@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import femend
-from femend.diagnose.beside import companions
-from femend.diagnose.dressed import own_values, with_own
+from femend.diagnose.locating.dressed import own_values, with_own
+from femend.diagnose.several.beside import companions
 from femend.model import Place, read_model
 from femend.study.study_run import StudyRun
 

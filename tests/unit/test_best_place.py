@@ -11,14 +11,14 @@ from typing import Any, cast
 
 import pytest
 
-from femend.diagnose import best_place
-from femend.diagnose.best_place import at_the_best_place
-from femend.diagnose.moved import moved
-from femend.diagnose.nonlinear import judge_nonlinear, refit_nonlinear
-from femend.diagnose.pace import OUTDONE
-from femend.diagnose.pairs import alike
-from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, fitted_together
+from femend.diagnose.fitting.nonlinear import judge_nonlinear, refit_nonlinear
+from femend.diagnose.fitting.pace import OUTDONE
+from femend.diagnose.fitting.terms import Term
+from femend.diagnose.several import best_place
+from femend.diagnose.several.best_place import at_the_best_place
+from femend.diagnose.several.moved import moved
+from femend.diagnose.several.pairs import alike
+from femend.diagnose.several.together import Scored, fitted_together
 from femend.model import Place
 from femend.study.study_run import StudyRun
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from femend.diagnose.between_members import with_pairs_between
-from femend.diagnose.locate import locate
+from femend.diagnose.locating.locate import locate
+from femend.diagnose.naming.between_members import with_pairs_between
 from femend.model import read_model
 from femend.model.member_pairs import pairs_between_members
 from femend.model.places import find_places, topology

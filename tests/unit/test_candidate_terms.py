@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from femend import Dof
-from femend.diagnose.residual_energy import residual_energy
-from femend.diagnose.residual_parameters import ResidualRanking, rank_parameters
+from femend.diagnose.residual.residual_energy import residual_energy
+from femend.diagnose.residual.residual_parameters import ResidualRanking, rank_parameters
 from femend.errors import PretestError
 from femend.estimate.updating import AffineMatrices, Unknown, Unknowns, factor, modal_system
 from femend.expansion import expand_residual

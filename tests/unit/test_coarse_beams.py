@@ -10,9 +10,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose.hinges import inside
-from femend.diagnose.locate import locate
-from femend.diagnose.update import update_model
+from femend.diagnose.locating.locate import locate
+from femend.diagnose.naming.hinges import inside
+from femend.diagnose.updating.update import update_model
 from femend.model import Model, Parameter, affordable_refinement, find_places, mesh_error, read_model, reduce_model
 from femend.model.coarse_beams import coarse_beams
 from femend.model.places import inner_joints

@@ -8,11 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import together
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.collapse import collapsed
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.fitting.collapse import collapsed
+from femend.diagnose.fitting.terms import Term
 from femend.diagnose.settings import Settings
-from femend.diagnose.terms import Term
+from femend.diagnose.several import together
 from femend.physics import FitCoordinates, physics
 
 EMPTY = np.zeros(0)

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.candidates import Start
-from femend.diagnose.joint import open_joint
-from femend.diagnose.linear import companions_alone
-from femend.diagnose.nonlinear import fit_nonlinear
-from femend.diagnose.recovered import recover
-from femend.diagnose.terms import Term
-from femend.diagnose.together import fitted_together
+from femend.diagnose.fitting.candidates import Start
+from femend.diagnose.fitting.linear import companions_alone
+from femend.diagnose.fitting.nonlinear import fit_nonlinear
+from femend.diagnose.fitting.terms import Term
+from femend.diagnose.locating.joint import open_joint
+from femend.diagnose.locating.recovered import recover
+from femend.diagnose.several.together import fitted_together
 from femend.model import find_places
 from femend.physics import physics
 from femend.study.study_run import StudyRun

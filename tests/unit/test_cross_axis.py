@@ -12,15 +12,16 @@ import pytest
 from numpy.typing import NDArray
 
 from femend.data import Channel
-from femend.diagnose import crossing, update
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.judge import Given
-from femend.diagnose.known_force import forces_beside
-from femend.diagnose.laws_at import linear_at, masses_from_afar
-from femend.diagnose.locate import locate
+from femend.diagnose.fitting.known_force import forces_beside
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.locate import locate
+from femend.diagnose.locating.split import split_records
+from femend.diagnose.naming.judge import Given
+from femend.diagnose.naming.laws_at import linear_at, masses_from_afar
+from femend.diagnose.recordings import crossing
 from femend.diagnose.settings import Settings
-from femend.diagnose.split import split_records
-from femend.diagnose.update import _updated, modelled, update_model
+from femend.diagnose.updating import update
+from femend.diagnose.updating.update import _updated, modelled, update_model
 from femend.dof import Dof
 from femend.estimate import FitRecord, Hypothesis, Problem, crossed, noise_floor, with_across
 from femend.estimate.frf import FrfLines

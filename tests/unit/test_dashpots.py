@@ -9,9 +9,9 @@ import pytest
 from tests.small_study import Truth
 from tests.unit.test_unrecorded import STIFFER, records_of, without_force
 
-from femend.diagnose.dashpots import best_dashpot, led_by, told
+from femend.diagnose.driven.dashpots import best_dashpot, led_by, told
+from femend.diagnose.driven.unrecorded import Driven, locate_drive
 from femend.diagnose.settings import Settings
-from femend.diagnose.unrecorded import Driven, locate_drive
 from femend.model import read_model
 
 C = 30.0

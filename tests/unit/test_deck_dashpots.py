@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from femend.diagnose.receptances import answers, receptances
+from femend.diagnose.locating.receptances import answers, receptances
 from femend.model import Model, Parameter, dashpots, read_model
 from femend.model.dashpots import MOST, dashpot_forces, dashpot_rows
 from femend.model.reduction import reduce_model

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import Start
-from femend.diagnose.closed_loop import ClosedLoop
-from femend.diagnose.descent import Descent, Reached
-from femend.diagnose.joint import open_joint
-from femend.diagnose.linearised import linearised_columns
+from femend.diagnose.fitting.candidates import Start
+from femend.diagnose.fitting.closed_loop import ClosedLoop
+from femend.diagnose.fitting.descent import Descent, Reached
+from femend.diagnose.fitting.linearised import linearised_columns
+from femend.diagnose.locating.joint import open_joint
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, read_model, reduce_model
 from femend.model.places import stretches, topology

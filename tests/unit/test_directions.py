@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from femend.diagnose.directions import KEPT, in_other_directions
-from femend.diagnose.locate import Located, locate
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.locating.directions import KEPT, in_other_directions
+from femend.diagnose.locating.locate import Located, locate
+from femend.diagnose.updating.update import UpdatedModel
 from femend.model import Place
 from femend.model.places import find_places
 

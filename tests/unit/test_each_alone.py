@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from femend.diagnose.diagnosis import explain
-from femend.diagnose.each_alone import explained_one_by_one, unlike
-from femend.diagnose.locate import locate
+from femend.diagnose.locating.locate import locate
 from femend.diagnose.settings import Settings
+from femend.diagnose.updating.each_alone import explained_one_by_one, unlike
 from femend.model.places import find_places
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.equal_pairs import _left, likeliest_equal
-from femend.diagnose.locate import LINES, Located, cost_of
-from femend.diagnose.pairs import Searched, plain
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.locate import LINES, Located, cost_of
+from femend.diagnose.several.equal_pairs import _left, likeliest_equal
+from femend.diagnose.several.pairs import Searched, plain
 from femend.model import Place
 from femend.study.study_run import StudyRun
 

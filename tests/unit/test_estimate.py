@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.closed_loop import upsampled
+from femend.diagnose.fitting.closed_loop import upsampled
 from femend.errors import RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, noise_of, period_of, spectral_lines
 from femend.model import ReducedModel, read_model, reduce_model

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.power import untold
-from femend.diagnose.update import modelled, update_model
+from femend.diagnose.deciding.power import untold
+from femend.diagnose.updating.update import modelled, update_model
 from femend.estimate import FitRecord, Hypothesis, at_work, in_turn, noise_of, pressed, used_band
 from femend.estimate.noise import noise_in_silence
 from femend.model import Model, read_model

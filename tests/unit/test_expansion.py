@@ -11,8 +11,8 @@ from scipy.linalg import eigh
 from femend import Dof, model_modes
 from femend.analysis.tam import tam_table
 from femend.correlate import align_points, sensor_faults
-from femend.diagnose.residual_energy import residual_energy
-from femend.diagnose.residual_parameters import _greedy, rank_parameters
+from femend.diagnose.residual.residual_energy import residual_energy
+from femend.diagnose.residual.residual_parameters import _greedy, rank_parameters
 from femend.errors import CorrelationError, ExpansionError, ModelError
 from femend.estimate.updating import DeckMatrices
 from femend.expansion import (

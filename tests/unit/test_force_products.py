@@ -9,7 +9,7 @@ import pytest
 
 import small_study
 from femend import _core
-from femend.diagnose.loads import with_force
+from femend.diagnose.loads.loads import with_force
 from femend.errors import ModelError
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import reduce_model

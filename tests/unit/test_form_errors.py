@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femend.diagnose.joint import open_joint
+from femend.diagnose.locating.joint import open_joint
 from femend.estimate import Problem
 from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from femend import _core
-from femend.diagnose import Diagnosis, free_form_rival
+from femend.diagnose import Diagnosis
 from femend.diagnose.diagnosis import explain
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.locate import Located, squares_of
-from femend.diagnose.predict import predict_candidate
+from femend.diagnose.fitting.predict import predict_candidate
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.locate import Located, squares_of
+from femend.diagnose.naming import free_form_rival
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import update_model
+from femend.diagnose.updating.update import update_model
 from femend.estimate import FitRecord
 from femend.model import find_places, read_model
 from femend.physics import PARTS, physics, surrogate_start

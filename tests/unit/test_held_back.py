@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femend.diagnose.held_back import HELD_BACK, before, hold_back, since
-from femend.diagnose.known_force import Known
-from femend.diagnose.split import Split, split_records
+from femend.diagnose.fitting.known_force import Known
+from femend.diagnose.locating.held_back import HELD_BACK, before, hold_back, since
+from femend.diagnose.locating.split import Split, split_records
 from femend.estimate import FitRecord, Problem, spectral_lines
 from femend.estimate.frf import FrfLines
 from femend.model import Place

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import Start
-from femend.diagnose.closed_loop import loop_of
-from femend.diagnose.joint import Joint, open_joint, open_joints
-from femend.diagnose.predict import predict_model
-from femend.diagnose.recovered import recover
+from femend.diagnose.fitting.candidates import Start
+from femend.diagnose.fitting.closed_loop import loop_of
+from femend.diagnose.fitting.predict import predict_model
+from femend.diagnose.locating.joint import Joint, open_joint, open_joints
+from femend.diagnose.locating.recovered import recover
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, ReducedModel, find_places, reduce_model
 from femend.physics import physics

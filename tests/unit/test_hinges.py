@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.joint import open_joint
-from femend.diagnose.name_at import name_at
-from femend.diagnose.predict import predict_model
-from femend.diagnose.update import update_model
+from femend.diagnose.fitting.predict import predict_model
+from femend.diagnose.locating.joint import open_joint
+from femend.diagnose.naming.name_at import name_at
+from femend.diagnose.updating.update import update_model
 from femend.estimate import FitRecord, Problem
 from femend.model import find_places, reduce_model
 from femend.model.places import inner_joints

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.dressed import with_own
-from femend.diagnose.in_the_model import in_the_model
-from femend.diagnose.pairs import Searched
-from femend.diagnose.together import Scored
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.locating.dressed import with_own
+from femend.diagnose.several.in_the_model import in_the_model
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.several.together import Scored
+from femend.diagnose.updating.update import UpdatedModel
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, laws_together, searched_without_laws, updated

@@ -111,7 +111,7 @@ def test_places_ranked_so_far_are_told(study: Path, tmp_path: Path, monkeypatch:
 def test_the_best_law_judged_so_far_is_told_as_the_likeliest(
     study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from femend.diagnose import name
+    from femend.diagnose.naming import name
 
     stop_at(monkeypatch, name, "masses_from_afar")
     stop = stopped_run(study, tmp_path / "out")
@@ -212,10 +212,10 @@ def test_stopped_while_more_is_looked_for_what_was_found_is_told(
 
 def test_a_law_that_brings_too_little_is_not_told(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor is one that could be followed in the beginning of the recordings alone."""
-    from femend.diagnose import name
+    from femend.diagnose.naming import name
 
     stop_at(monkeypatch, name, "masses_from_afar")
-    monkeypatch.setattr("femend.diagnose.interrupted.accepted", lambda found, best: False)
+    monkeypatch.setattr("femend.diagnose.deciding.interrupted.accepted", lambda found, best: False)
     stop = stopped_run(study, None)
     assert (stop.run.result["verdict"], stop.run.result["findings"]) == ("undetermined", [])
     assert stop.run.diagnosis.best is None  # the final model is the updated one

@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
-from femend.diagnose import locate
-from femend.diagnose.late_sensors import SensorTimes, late_sensors
+from femend.diagnose.locating import locate
+from femend.diagnose.recordings.late_sensors import SensorTimes, late_sensors
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import _updated, modelled
+from femend.diagnose.updating.update import _updated, modelled
 from femend.estimate import FitRecord
 from femend.model import ReducedModel
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.fitting.candidates import Candidate
 from femend.physics import FitCoordinates, physics
 from femend.study.findings import _law_sd
 

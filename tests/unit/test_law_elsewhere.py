@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 from femend.diagnose import diagnosis
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.judge import Given, judge_in, to_beat
-from femend.diagnose.law_elsewhere import in_turn, where_it_explains_more
-from femend.diagnose.laws_at import linear_at
-from femend.diagnose.locate import LINES, Located, squares_of
-from femend.diagnose.oversized import oversized
-from femend.diagnose.ranked import Ranked
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.locate import LINES, Located, squares_of
+from femend.diagnose.locating.oversized import oversized
+from femend.diagnose.locating.split import split_records
+from femend.diagnose.naming.judge import Given, judge_in, to_beat
+from femend.diagnose.naming.laws_at import linear_at
+from femend.diagnose.naming.ranked import Ranked
 from femend.diagnose.settings import Settings
-from femend.diagnose.split import split_records
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.several.law_elsewhere import in_turn, where_it_explains_more
+from femend.diagnose.updating.update import UpdatedModel
 from femend.model import Place
 from femend.model.places import find_places
 from femend.physics import physics

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from femend.data import FRF, Channel
-from femend.diagnose.update import modelled
+from femend.diagnose.updating.update import modelled
 from femend.dof import Dof
 from femend.estimate import FitRecord, without_crossed, without_still
 from femend.model import ReducedModel, read_model, reduce_model

@@ -11,11 +11,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import levels
-from femend.diagnose.levels import UNEVEN, depends_on_level, relative_errors
-from femend.diagnose.locate import locate
+from femend.diagnose.locating.locate import locate
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.updating import levels
+from femend.diagnose.updating.levels import UNEVEN, depends_on_level, relative_errors
+from femend.diagnose.updating.update import UpdatedModel
 from femend.model.places import find_places
 from femend.study.run import diagnose
 

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 from femend.demo import STUDY
-from femend.diagnose import loads, screen
-from femend.diagnose.alike import _answers, _not_beyond, look_alikes
-from femend.diagnose.classes import distinct, similarity
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.linear_costs import _closing, _step, directions, linear_costs, pair_costs
-from femend.diagnose.locate import Located, squares_of
-from femend.diagnose.screen import is_many, screened
-from femend.diagnose.update import UpdatedModel, update_model
+from femend.diagnose.loads.loads import loads
+from femend.diagnose.locating import screen
+from femend.diagnose.locating.alike import _answers, _not_beyond, look_alikes
+from femend.diagnose.locating.classes import distinct, similarity
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.linear_costs import _closing, _step, directions, linear_costs, pair_costs
+from femend.diagnose.locating.locate import Located, squares_of
+from femend.diagnose.locating.screen import is_many, screened
+from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.errors import ModelError
 from femend.estimate import Problem, fit_records, pair_test
 from femend.model import Parameter, Place, find_places, read_model

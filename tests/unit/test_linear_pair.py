@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import open_joint
-from femend.diagnose.linear_pair import where_both_explain_more
-from femend.diagnose.locate import Located
-from femend.diagnose.pairs import Searched
-from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, fitted_together
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.fitting.terms import Term
+from femend.diagnose.locating.joint import open_joint
+from femend.diagnose.locating.locate import Located
+from femend.diagnose.several.linear_pair import where_both_explain_more
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.several.together import Scored, fitted_together
+from femend.diagnose.updating.update import UpdatedModel
 from femend.physics import physics
 from femend.physics.causal import springpot
 

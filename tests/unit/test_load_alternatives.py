@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.loads import LoadFinding
+from femend.diagnose.loads.loads import LoadFinding
+from femend.diagnose.naming.calibration import CALIBRATION
 from femend.diagnose.settings import Settings
 from femend.study.findings import _finding, _load_alternatives, _load_finding
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from femend.diagnose.alike import with_look_alikes
-from femend.diagnose.locate import Located, locate, shortlist
+from femend.diagnose.locating.alike import with_look_alikes
+from femend.diagnose.locating.locate import Located, locate, shortlist
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.updating.update import UpdatedModel
 from femend.model import Place
 from femend.model.places import find_places
 

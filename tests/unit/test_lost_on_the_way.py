@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from femend.diagnose import diagnosis
-from femend.diagnose.candidates import Start
-from femend.diagnose.nonlinear import _weaker_too
-from femend.diagnose.runs import Run
+from femend.diagnose.fitting.candidates import Start
+from femend.diagnose.fitting.nonlinear import _weaker_too
+from femend.diagnose.fitting.runs import Run
 from femend.diagnose.settings import Settings
 from femend.physics import physics
 

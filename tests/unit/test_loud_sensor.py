@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
-from femend.diagnose.locate import Located, locate
-from femend.diagnose.loud_sensor import loud_sensor
-from femend.diagnose.update import UpdatedModel, _updated, modelled
+from femend.diagnose.locating.locate import Located, locate
+from femend.diagnose.updating.loud_sensor import loud_sensor
+from femend.diagnose.updating.update import UpdatedModel, _updated, modelled
 from femend.estimate import FitRecord
 from femend.model import ReducedModel
 

@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
-from femend.diagnose import mended
-from femend.diagnose.locate import locate
-from femend.diagnose.low_cut import LowCut, low_cut
+from femend.diagnose.locating.locate import locate
+from femend.diagnose.recordings import mended
+from femend.diagnose.recordings.low_cut import LowCut, low_cut
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import UpdatedModel, _updated, modelled, update_model
+from femend.diagnose.updating.update import UpdatedModel, _updated, modelled, update_model
 from femend.estimate import FitRecord
 from femend.model import ReducedModel
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.locate import squares_of
-from femend.diagnose.mismatch import mismatch_map
-from femend.diagnose.recovered import recover
+from femend.diagnose.deciding.mismatch import mismatch_map
+from femend.diagnose.locating.locate import squares_of
+from femend.diagnose.locating.recovered import recover
 from femend.report.content import Marker, MeshPicture, MismatchMap, ReportContent
 from femend.report.mesh_view import viewer_data
 from femend.report.mismatch_map import N_LEVELS, mismatch_figure, on_mesh
@@ -57,7 +57,7 @@ def test_a_force_at_the_true_place_leaves_least(spring: StudyRun, found: Mismatc
 
 
 def test_with_many_sensors_fewer_nodes_are_tried(spring: StudyRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = import_module("femend.diagnose.mismatch")
+    module = import_module("femend.diagnose.deciding.mismatch")
     monkeypatch.setattr(module, "MOST", 40)
     few = mismatch_map(spring.diagnosis)
     monkeypatch.setattr(module, "SENSORS", 1)

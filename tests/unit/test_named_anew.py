@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.named_anew import force_of_the_other, named_anew
-from femend.diagnose.pairs import Searched
-from femend.diagnose.together import Scored
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.several.named_anew import force_of_the_other, named_anew
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.several.together import Scored
+from femend.diagnose.updating.update import UpdatedModel
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, laws_together, searched_without_laws, updated

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.locate import Located, locate
-from femend.diagnose.nearer import nearer
+from femend.diagnose.locating.locate import Located, locate
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.updating.nearer import nearer
+from femend.diagnose.updating.update import UpdatedModel
 from femend.model.places import find_places
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -10,7 +10,7 @@ import pytest
 
 from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
 from femend.cli.summary import summary
-from femend.diagnose.next_sensor import next_sensor
+from femend.diagnose.locating.next_sensor import next_sensor
 from femend.model import read_model
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun

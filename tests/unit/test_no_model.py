@@ -10,11 +10,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import no_model as module
-from femend.diagnose.deck_alone import deck_alone
-from femend.diagnose.no_model import no_model
-from femend.diagnose.noise import Louder
-from femend.diagnose.verdict import decide, nothing_explains
+from femend.diagnose.deciding import no_model as module
+from femend.diagnose.deciding.deck_alone import deck_alone
+from femend.diagnose.deciding.no_model import no_model
+from femend.diagnose.deciding.verdict import decide, nothing_explains
+from femend.diagnose.updating.noise import Louder
 from femend.physics.catalogue import selected
 from femend.report.headline import headline
 from femend.study.run import diagnose

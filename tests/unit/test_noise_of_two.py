@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.judge import compared_in
-from femend.diagnose.locate import Located, squares_of
-from femend.diagnose.noise import UNDERRATED
-from femend.diagnose.noise_of_two import beyond_two_forces
-from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.pairs import Searched
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.locate import Located, squares_of
+from femend.diagnose.naming.judge import compared_in
+from femend.diagnose.several.noise_of_two import beyond_two_forces
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.updating.noise import UNDERRATED
 from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import name
+from femend.diagnose.naming import name
 from femend.diagnose.settings import Settings
 
 

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose import one_linear as one_linear_module
-from femend.diagnose import together
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.locate import Located, squares_of
-from femend.diagnose.moved import moved
-from femend.diagnose.one_linear import _beside, _least_linear_first, one_linear
-from femend.diagnose.pairs import Searched, alike
-from femend.diagnose.read_beside import read_off_beside
-from femend.diagnose.recovered import ENDS, without_ends
-from femend.diagnose.runs import windows
+from femend.diagnose.fitting.runs import windows
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.locate import Located, squares_of
+from femend.diagnose.locating.recovered import ENDS, without_ends
+from femend.diagnose.several import one_linear as one_linear_module
+from femend.diagnose.several import together
+from femend.diagnose.several.moved import moved
+from femend.diagnose.several.one_linear import _beside, _least_linear_first, one_linear
+from femend.diagnose.several.pairs import Searched, alike
+from femend.diagnose.several.read_beside import read_off_beside
 from femend.estimate import Problem
 from femend.model import Place
 from femend.physics import physics
@@ -181,7 +181,7 @@ def test_a_law_moved_does_what_it_did(run: StudyRun, first: Searched) -> None:
     ],
 )
 def test_sizes_of_laws_follow_the_motion(law: str, values: dict[str, float], grown: dict[str, float]) -> None:
-    from femend.diagnose.moved import _power
+    from femend.diagnose.several.moved import _power
 
     entry = physics(law)
     for q in entry.parameters:

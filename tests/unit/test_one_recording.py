@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from femend.diagnose.held_back import HELD_BACK
+from femend.diagnose.locating.held_back import HELD_BACK
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

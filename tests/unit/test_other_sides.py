@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import Candidate, Start
-from femend.diagnose.closed_loop import ClosedLoop
-from femend.diagnose.joint import Joint, open_joint
-from femend.diagnose.nonlinear import refit_nonlinear
-from femend.diagnose.other_sides import on_other_sides
+from femend.diagnose.fitting.candidates import Candidate, Start
+from femend.diagnose.fitting.closed_loop import ClosedLoop
+from femend.diagnose.fitting.nonlinear import refit_nonlinear
+from femend.diagnose.fitting.other_sides import on_other_sides
+from femend.diagnose.locating.joint import Joint, open_joint
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, reduce_model
 from femend.physics import FitCoordinates, physics

@@ -11,9 +11,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import other_split
-from femend.diagnose.other_split import chosen_where_it_shows
-from femend.diagnose.pairs import Searched
+from femend.diagnose.several import other_split
+from femend.diagnose.several.other_split import chosen_where_it_shows
+from femend.diagnose.several.pairs import Searched
 from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 
 import femend as fe
 from femend import Channel, Recording, Test, TimeData
-from femend.diagnose.name_at import name_at
-from femend.diagnose.output_fit import Modes, OutputFit, TimeRecord, fit_output
-from femend.diagnose.output_laws import modes_of, with_further_law
+from femend.diagnose.fitting.output_fit import Modes, OutputFit, TimeRecord, fit_output
+from femend.diagnose.fitting.output_laws import modes_of, with_further_law
+from femend.diagnose.naming.name_at import name_at
 from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.model import find_places

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import small_study
-from femend.diagnose.dressed import hypothesis_of, own_span
-from femend.diagnose.locate import Located
-from femend.diagnose.own_basis import in_own_basis
-from femend.diagnose.update import update_model
+from femend.diagnose.locating.dressed import hypothesis_of, own_span
+from femend.diagnose.locating.locate import Located
+from femend.diagnose.locating.own_basis import in_own_basis
+from femend.diagnose.updating.update import update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import find_places, read_model
 from femend.study import load_study

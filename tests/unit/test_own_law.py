@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.candidates import laws_for
+from femend.diagnose.fitting.candidates import laws_for
 from femend.errors import LawParameterError
 from femend.physics import CATALOGUE, FitCoordinates, catalogue, physics, register, selected, shapes, simpler
 from femend.physics.tracing import NotRecordable, record

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.own_lines import on_own_lines
+from femend.diagnose.loads.own_lines import on_own_lines
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
 

@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose import update
-from femend.diagnose.update import UpdatedModel, update_model
+from femend.diagnose.updating import update
+from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.estimate import FitRecord
 from femend.model import Model, Parameter, affordable_refinement, read_model, reduce_model
 from femend.model.known_mesh import Unresolved

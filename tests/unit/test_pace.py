@@ -8,10 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import judge, nonlinear
-from femend.diagnose.judge import Judge
-from femend.diagnose.nonlinear import fit_nonlinear
-from femend.diagnose.pace import Pace
+from femend.diagnose.fitting import nonlinear
+from femend.diagnose.fitting.nonlinear import fit_nonlinear
+from femend.diagnose.fitting.pace import Pace
+from femend.diagnose.naming import judge
+from femend.diagnose.naming.judge import Judge
 from femend.diagnose.settings import Settings
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.parallel import _others, what_is_left
-from femend.diagnose.terms import Term
+from femend.diagnose.fitting.terms import Term
+from femend.diagnose.several.parallel import _others, what_is_left
 from femend.physics import physics
 from femend.study.study_run import StudyRun
 

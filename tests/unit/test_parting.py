@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose import parting
-from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.parting import left_by_something_else
-from femend.diagnose.spread import Spread
+from femend.diagnose.deciding import parting
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.deciding.parting import left_by_something_else
+from femend.diagnose.deciding.spread import Spread
 from femend.estimate import FitRecord
 from femend.study.study_run import StudyRun
 

@@ -14,11 +14,11 @@ import pytest
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.classes import similarity, similarity_to
-from femend.diagnose.closed_loop import upsampled
-from femend.diagnose.followed import followed
-from femend.diagnose.free_force import FreeForce
-from femend.diagnose.noise import quieter_records
+from femend.diagnose.fitting.closed_loop import upsampled
+from femend.diagnose.fitting.followed import followed
+from femend.diagnose.locating.classes import similarity, similarity_to
+from femend.diagnose.locating.free_force import FreeForce
+from femend.diagnose.updating.noise import quieter_records
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place, ReducedModel, reduce_model
 from femend.physics import physics

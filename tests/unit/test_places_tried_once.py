@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from femend.diagnose.laws_at import each_once
-from femend.diagnose.locate import Located
+from femend.diagnose.locating.locate import Located
+from femend.diagnose.naming.laws_at import each_once
 from femend.model import Place
 
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from femend import functions_of, write_uff
-from femend.diagnose import outside_band, verdict
-from femend.diagnose.advice import LATER
-from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.plain_error import further_off, plain_errors, silenced
+from femend.diagnose.deciding import outside_band, verdict
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.deciding.plain_error import further_off, plain_errors, silenced
+from femend.diagnose.deciding.verdict import decide
+from femend.diagnose.naming.advice import LATER
 from femend.diagnose.settings import Settings
-from femend.diagnose.verdict import decide
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
 

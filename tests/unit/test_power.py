@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.power import untold
+from femend.diagnose.deciding.power import untold
 from femend.estimate import FitRecord
 from femend.estimate.frf import FrfLines
 

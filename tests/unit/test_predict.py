@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from femend import _core
-from femend.diagnose.closed_loop import FINE, upsampled
-from femend.diagnose.predict import predict_model
+from femend.diagnose.fitting.closed_loop import FINE, upsampled
+from femend.diagnose.fitting.predict import predict_model
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import read_model, reduce_model
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from femend import Dof, read_uff
 from femend.data import Channel, Recording, Test, TimeData
-from femend.diagnose.interrupted import undecided
-from femend.diagnose.so_far import SoFar
-from femend.diagnose.update import update_model
+from femend.diagnose.deciding.interrupted import undecided
+from femend.diagnose.deciding.so_far import SoFar
+from femend.diagnose.updating.update import update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import read_model
 from femend.study.predictions import motion_error, predict_all, rows_of, write_predictions

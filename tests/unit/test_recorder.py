@@ -12,10 +12,10 @@ from scipy.signal import firwin
 
 import small_study
 from femend import _core
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.closed_loop import FINE, RECORDER, ClosedLoop, upsampled
-from femend.diagnose.joint import open_joint
-from femend.diagnose.nonlinear import as_recorded, candidate_motion, simulate_candidate
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.fitting.closed_loop import FINE, RECORDER, ClosedLoop, upsampled
+from femend.diagnose.fitting.nonlinear import as_recorded, candidate_motion, simulate_candidate
+from femend.diagnose.locating.joint import open_joint
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, reduce_model
 from femend.physics import FitCoordinates, physics

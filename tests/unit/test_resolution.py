@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.update import modelled
+from femend.diagnose.updating.update import modelled
 from femend.estimate import FitRecord
 from femend.model import Model, ReducedModel, read_model, reduce_model
 from femend.model.form_errors import MESH_SD, MODE_SD

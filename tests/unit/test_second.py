@@ -12,27 +12,28 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import more_effects, second
-from femend.diagnose.advice import FAR_FROM_NOISE
-from femend.diagnose.joint import open_joint
-from femend.diagnose.judge import compared_in
-from femend.diagnose.known_force import Known
-from femend.diagnose.levels import element_depends_on_level
-from femend.diagnose.loads import LoadFinding
-from femend.diagnose.locate import refitted
-from femend.diagnose.more_effects import with_further
-from femend.diagnose.noise import UNDERRATED, louder
-from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.pair_screen import best_pairs
-from femend.diagnose.paired import of_those_found
-from femend.diagnose.pairs import Searched, others
-from femend.diagnose.plain_error import most_of_noise
-from femend.diagnose.ranked import Ranked
-from femend.diagnose.second import _carried, _of_law, _search
+from femend.diagnose.deciding import more_effects
+from femend.diagnose.deciding.more_effects import with_further
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.deciding.plain_error import most_of_noise
+from femend.diagnose.fitting.known_force import Known
+from femend.diagnose.fitting.terms import relaxing
+from femend.diagnose.loads.loads import LoadFinding
+from femend.diagnose.locating.joint import open_joint
+from femend.diagnose.locating.locate import refitted
+from femend.diagnose.locating.pair_screen import best_pairs
+from femend.diagnose.naming.advice import FAR_FROM_NOISE
+from femend.diagnose.naming.judge import compared_in
+from femend.diagnose.naming.ranked import Ranked
 from femend.diagnose.settings import Settings
-from femend.diagnose.terms import relaxing
-from femend.diagnose.together import at_other_places, shows, unbends
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.several import second
+from femend.diagnose.several.paired import of_those_found
+from femend.diagnose.several.pairs import Searched, others
+from femend.diagnose.several.second import _carried, _of_law, _search
+from femend.diagnose.several.together import at_other_places, shows, unbends
+from femend.diagnose.updating.levels import element_depends_on_level
+from femend.diagnose.updating.noise import UNDERRATED, louder
+from femend.diagnose.updating.update import UpdatedModel
 from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.sensed import sensed_places
+from femend.diagnose.locating.sensed import sensed_places
 from femend.errors import ModelError
 from femend.estimate import FitRecord, Problem
 from femend.model import ReducedModel, find_places, read_model, reduce_model

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.accepted import accepted, as_drawn, bends, stands_out
-from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.ranked import Ranked, tempered
+from femend.diagnose.deciding.accepted import accepted, as_drawn, bends, stands_out
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.naming.calibration import CALIBRATION
+from femend.diagnose.naming.ranked import Ranked, tempered
+from femend.diagnose.naming.simple_first import simple_first, simplest_linear
 from femend.diagnose.settings import Settings
-from femend.diagnose.simple_first import simple_first, simplest_linear
 from femend.model import Place
 from femend.physics import physics
 

@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femend.diagnose import laws_at
-from femend.diagnose.dressed import dressed, own_span, own_values, with_own
-from femend.diagnose.joint import enlarged
-from femend.diagnose.soft_clamp import SoftClamp, soft_clamps
+from femend.diagnose.fitting.soft_clamp import SoftClamp, soft_clamps
+from femend.diagnose.locating.dressed import dressed, own_span, own_values, with_own
+from femend.diagnose.locating.joint import enlarged
+from femend.diagnose.naming import laws_at
 from femend.errors import ModelError
 from femend.estimate import Fit
 from femend.model import Model, Place, ReducedModel, find_places, form_errors, read_model, reduce_model

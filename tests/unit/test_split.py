@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.split import Split, split_records, weaker_first
+from femend.diagnose.locating.split import Split, split_records, weaker_first
 from femend.estimate import FitRecord, Problem
 
 LEVELS = {"mid": 3.0, "high": 10.0, "low": 1.0}

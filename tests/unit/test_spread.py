@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from femend.diagnose.closed_loop import Loop
-from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.spread import AS_WELL, Spread, as_good, spread
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.deciding.spread import AS_WELL, Spread, as_good, spread
+from femend.diagnose.fitting.closed_loop import Loop
 from femend.errors import ModelError
 from femend.study.study_run import StudyRun
 

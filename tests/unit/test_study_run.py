@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from femend import functions_of, load_study, read_recording, write_uff
-from femend.diagnose.calibration import CALIBRATION
+from femend.diagnose.naming.calibration import CALIBRATION
 from femend.model import read_model
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun

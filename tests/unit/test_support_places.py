@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from femend.diagnose.joint import open_joint
+from femend.diagnose.locating.joint import open_joint
 from femend.model import Model, Parameter, Place, ReducedModel, find_places, read_model, reduce_model
 
 NX, NY, SIDE = 12, 8, 0.025

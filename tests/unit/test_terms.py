@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose import closed_loop
-from femend.diagnose.levels import element_depends_on_level
-from femend.diagnose.pairs import Searched
-from femend.diagnose.ranked import Ranked
-from femend.diagnose.terms import Term, Terms, fit_terms
-from femend.diagnose.together import fitted_together, told_plainly
+from femend.diagnose.fitting import closed_loop
+from femend.diagnose.fitting.terms import Term, Terms, fit_terms
+from femend.diagnose.naming.ranked import Ranked
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.several.together import fitted_together, told_plainly
+from femend.diagnose.updating.levels import element_depends_on_level
 from femend.physics import physics
 from femend.study.study_run import StudyRun
 

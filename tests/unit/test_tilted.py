@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, record, row
 
-from femend.diagnose import locate
+from femend.diagnose.locating import locate
+from femend.diagnose.recordings.tilted import ForceTilt, _as_few, force_tilt
 from femend.diagnose.settings import Settings
-from femend.diagnose.tilted import ForceTilt, _as_few, force_tilt
-from femend.diagnose.update import _updated, modelled
+from femend.diagnose.updating.update import _updated, modelled
 from femend.estimate import FitRecord
 from femend.model import Place, ReducedModel
 from femend.report.headline import headline

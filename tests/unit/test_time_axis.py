@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
-from femend.diagnose import locate
-from femend.diagnose.time_axis import ForceShift, force_shift
-from femend.diagnose.update import _updated, modelled
+from femend.diagnose.locating import locate
+from femend.diagnose.recordings.time_axis import ForceShift, force_shift
+from femend.diagnose.updating.update import _updated, modelled
 from femend.estimate import FitRecord
 from femend.model import ReducedModel
 

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 import femend as fe
 from femend.cli import main
 from femend.diagnose import diagnosis as steps
-from femend.diagnose import name
+from femend.diagnose.naming import name
 from femend.errors import StudyError, TimeLimitError
 from femend.study import run as study_run
 from femend.study.study_run import StudyRun

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from femend.diagnose.too_little import too_little
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.deciding.too_little import too_little
+from femend.diagnose.updating.update import UpdatedModel
 from femend.estimate import FitRecord
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.descent import Descent
-from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.joint import open_joints
-from femend.diagnose.locate import Located, squares_of
-from femend.diagnose.pairs import Searched
-from femend.diagnose.read_beside import read_off_both
-from femend.diagnose.together import told_plainly
-from femend.diagnose.two_free import two_free
+from femend.diagnose.fitting.descent import Descent
+from femend.diagnose.locating.dressed import hypothesis_of
+from femend.diagnose.locating.joint import open_joints
+from femend.diagnose.locating.locate import Located, squares_of
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.several.read_beside import read_off_both
+from femend.diagnose.several.together import told_plainly
+from femend.diagnose.several.two_free import two_free
 from femend.model import Place
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from femend.diagnose.naming.shares import needed_share, unclear
 from femend.diagnose.settings import Settings
-from femend.diagnose.shares import needed_share, unclear
 
 
 @pytest.mark.parametrize(

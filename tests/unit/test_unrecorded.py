@@ -10,9 +10,9 @@ import pytest
 from tests.small_study import NOISE, SENSORS, SHAKER, Truth, write_study
 
 from femend import Channel, Dof, TimeData, functions_of, read_recording, write_uff
-from femend.diagnose.one_more import ONE_MORE, moved_more, one_more_force, stands_in
+from femend.diagnose.deciding.one_more import ONE_MORE, moved_more, one_more_force, stands_in
+from femend.diagnose.driven.unrecorded import LEAST_SENSORS, locate_drive
 from femend.diagnose.settings import Settings
-from femend.diagnose.unrecorded import LEAST_SENSORS, locate_drive
 from femend.errors import RecordingError
 from femend.estimate import FitRecord, Hypothesis, fit_records, noise_of, pair_test, used_band
 from femend.model import read_model

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from femend.analysis.model_modes import model_modes
-from femend.diagnose.update import update_model
+from femend.diagnose.updating.update import update_model
 from femend.errors import ModelError
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, read_model

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.update import DRAWN, drawn_starts
+from femend.diagnose.updating.update import DRAWN, drawn_starts
 from femend.estimate import Hypothesis, Problem
 from femend.estimate.fit import CONTINUATION
 from femend.model import read_model, reduce_model

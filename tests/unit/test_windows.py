@@ -11,16 +11,17 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import name, nonlinear, window
-from femend.diagnose.advice import only_beginning
-from femend.diagnose.candidates import Start
-from femend.diagnose.joint import Joint, open_joint
-from femend.diagnose.judge import Given, Tried
-from femend.diagnose.nonlinear import fit_nonlinear, refit_nonlinear
-from femend.diagnose.recovered import Recovered, recover
-from femend.diagnose.runs import wider_windows
+from femend.diagnose.fitting import nonlinear
+from femend.diagnose.fitting.candidates import Start
+from femend.diagnose.fitting.nonlinear import fit_nonlinear, refit_nonlinear
+from femend.diagnose.fitting.runs import wider_windows
+from femend.diagnose.locating.joint import Joint, open_joint
+from femend.diagnose.locating.recovered import Recovered, recover
+from femend.diagnose.naming import name, window
+from femend.diagnose.naming.advice import only_beginning
+from femend.diagnose.naming.judge import Given, Tried
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.updating.update import UpdatedModel
 from femend.model import find_places
 from femend.physics import physics
 

@@ -12,10 +12,10 @@ from tests.unit.test_dashpots import driven_of
 from tests.unit.test_unrecorded import STIFFER
 
 from femend.diagnose import responses_alone
+from femend.diagnose.driven.unrecorded import Driven
 from femend.diagnose.settings import Settings
-from femend.diagnose.unrecorded import Driven
-from femend.diagnose.update import UpdatedModel
-from femend.diagnose.with_level import drift, drifted, moves_with_level, told_of_drift
+from femend.diagnose.updating.update import UpdatedModel
+from femend.diagnose.updating.with_level import drift, drifted, moves_with_level, told_of_drift
 from femend.estimate.lines import TEMPERING
 
 

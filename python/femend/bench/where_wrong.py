@@ -1,8 +1,8 @@
 """Where a recording's shapes contradict the deck's equations of motion, and which parameters could mend it.
 
 Shapes are expanded to the whole model by least dynamic residual, at the measured frequencies; what is left of K and M
-then has an energy in each element, and each parameter takes a share of it away (`femend.diagnose.residual_energy`,
-`residual_parameters`). No update is made, and none of the model's modes are needed.
+then has an energy in each element, and each parameter takes a share of it away (`residual_energy` and
+`residual_parameters` in `femend.diagnose.residual`). No update is made, and none of the model's modes are needed.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from femend.bench.compared import Compared
 from femend.bench.sensor_rows import sensor_rows
-from femend.diagnose.residual_energy import ResidualEnergy, residual_energy
-from femend.diagnose.residual_parameters import ResidualRanking, rank_parameters
+from femend.diagnose.residual.residual_energy import ResidualEnergy, residual_energy
+from femend.diagnose.residual.residual_parameters import ResidualRanking, rank_parameters
 from femend.errors import FemendError
 from femend.estimate.updating import DeckMatrices
 from femend.expansion import expand_residual

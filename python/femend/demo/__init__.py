@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.stages import STAGES
+from femend.diagnose.deciding.stages import STAGES
 from femend.io import read_recording
 from femend.report import words
 

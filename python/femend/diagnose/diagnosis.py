@@ -8,38 +8,38 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from femend.diagnose.alike import with_look_alikes
-from femend.diagnose.best_place import at_the_best_place
-from femend.diagnose.between_members import with_pairs_between
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.contradicted import nothing_followed
-from femend.diagnose.crossing import as_sensors_are
-from femend.diagnose.directions import in_other_directions
-from femend.diagnose.each_alone import unlike
-from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
-from femend.diagnose.law_elsewhere import where_it_explains_more
-from femend.diagnose.levels import depends_on_level
-from femend.diagnose.loads import try_loads
-from femend.diagnose.locate import Located, cost_of, locate, shortlist
-from femend.diagnose.more_effects import with_further
-from femend.diagnose.name import linear_alone, name_physics
-from femend.diagnose.nearer import nearer
-from femend.diagnose.no_model import no_model
-from femend.diagnose.noise import louder, quieter_records
-from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.pairs import Searched
-from femend.diagnose.put_right import put_right
-from femend.diagnose.ranked import Ranked, tempered, told_simply
-from femend.diagnose.second import hidden_by_each_other, look_further
-from femend.diagnose.sensed import sensed_places
+from femend.diagnose.deciding.contradicted import nothing_followed
+from femend.diagnose.deciding.more_effects import with_further
+from femend.diagnose.deciding.no_model import no_model
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.deciding.so_far import SoFar
+from femend.diagnose.deciding.verdict import decide
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.loads.loads import try_loads
+from femend.diagnose.loads.unmeasured import plainly_unmeasured
+from femend.diagnose.locating.alike import with_look_alikes
+from femend.diagnose.locating.directions import in_other_directions
+from femend.diagnose.locating.locate import Located, cost_of, locate, shortlist
+from femend.diagnose.locating.sensed import sensed_places
+from femend.diagnose.locating.split import split_records, weaker_first
+from femend.diagnose.naming.between_members import with_pairs_between
+from femend.diagnose.naming.judge import Given, ToBeat, compared_in, to_beat
+from femend.diagnose.naming.name import linear_alone, name_physics
+from femend.diagnose.naming.ranked import Ranked, tempered, told_simply
+from femend.diagnose.naming.shares import unclear
+from femend.diagnose.naming.stretched import with_other_ends
+from femend.diagnose.recordings.crossing import as_sensors_are
+from femend.diagnose.recordings.put_right import put_right
 from femend.diagnose.settings import Settings
-from femend.diagnose.shares import unclear
-from femend.diagnose.so_far import SoFar
-from femend.diagnose.split import split_records, weaker_first
-from femend.diagnose.stretched import with_other_ends
-from femend.diagnose.unmeasured import plainly_unmeasured
-from femend.diagnose.update import UpdatedModel, update_model
-from femend.diagnose.verdict import decide
+from femend.diagnose.several.best_place import at_the_best_place
+from femend.diagnose.several.law_elsewhere import where_it_explains_more
+from femend.diagnose.several.pairs import Searched
+from femend.diagnose.several.second import hidden_by_each_other, look_further
+from femend.diagnose.updating.each_alone import unlike
+from femend.diagnose.updating.levels import depends_on_level
+from femend.diagnose.updating.nearer import nearer
+from femend.diagnose.updating.noise import louder, quieter_records
+from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.estimate import FitRecord
 from femend.model import Model, Place, find_places
 from femend.model.bed_places import bed_places

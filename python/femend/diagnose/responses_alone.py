@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.dashpots import best_dashpot, led_by, told
+from femend.diagnose.deciding.one_more import one_more_force, shows_beside, stands_in
+from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.deciding.so_far import SoFar
+from femend.diagnose.deciding.verdict import nothing_explains
 from femend.diagnose.diagnosis import explain
-from femend.diagnose.locate import locate
-from femend.diagnose.one_more import one_more_force, shows_beside, stands_in
-from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.driven.dashpots import best_dashpot, led_by, told
+from femend.diagnose.driven.unrecorded import Driven, holds, locate_drive, with_force_read_off
+from femend.diagnose.locating.locate import locate
 from femend.diagnose.settings import Settings
-from femend.diagnose.so_far import SoFar
-from femend.diagnose.unrecorded import Driven, holds, locate_drive, with_force_read_off
-from femend.diagnose.verdict import nothing_explains
-from femend.diagnose.with_level import moves_with_level, told_of_drift
+from femend.diagnose.updating.with_level import moves_with_level, told_of_drift
 from femend.estimate import FitRecord
 from femend.model import Model
 from femend.progress import Progress, SilentProgress

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.stages import STAGES
+from femend.diagnose.deciding.stages import STAGES
 from femend.report.content import FrfOverlay, Place, RestoringForce, TimeOverlay
 from femend.report.numbers import pretty_unit, ratio, significant
 from femend.report.svg import Axes, log_ticks, svg

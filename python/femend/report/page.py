@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import resources
 from typing import Any, TypeVar
 
-from femend.diagnose.stages import STAGES
+from femend.diagnose.deciding.stages import STAGES
 from femend.numerals import plain
 from femend.report import words
 from femend.report.content import LawRow, ParameterRow, ReportContent

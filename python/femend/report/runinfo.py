@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from femend.diagnose.calibration import CALIBRATION
+from femend.diagnose.naming.calibration import CALIBRATION
 from femend.threads import usable_cpus
 
 __all__ = ["RunInfo", "Step", "peak_memory", "versions"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from femend.diagnose.mismatch import mismatch_map
+from femend.diagnose.deciding.mismatch import mismatch_map
 from femend.report import words
 from femend.report.content import MismatchMap, ReportContent
 from femend.study import tables

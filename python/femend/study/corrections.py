@@ -18,8 +18,8 @@ from femend.correlate.doubts import suggested
 from femend.correlate.mistaken_units import mistaken_as
 from femend.data import Recording, Test
 from femend.data.bands import within_band
-from femend.diagnose.predict import predict_frf, predict_model
-from femend.diagnose.update import UpdatedModel, update_model
+from femend.diagnose.fitting.predict import predict_frf, predict_model
+from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.errors import FemendError
 from femend.estimate import FitRecord, fit_records
 from femend.model import Model, Pairing

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.data import Channel
 from femend.data.bands import within_band
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.ranked import Ranked
-from femend.diagnose.recovered import Recovered, recover
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.locating.recovered import Recovered, recover
+from femend.diagnose.naming.ranked import Ranked
 from femend.estimate import FitRecord
 from femend.report.content import FrfOverlay, RestoringForce, TimeOverlay
 from femend.study.predictions import STAGES, Prediction

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.candidates import Candidate, standard_deviations
-from femend.diagnose.loads import LoadFinding
-from femend.diagnose.locate import Located
-from femend.diagnose.next_sensor import next_sensor
-from femend.diagnose.ranked import Ranked, tempered
+from femend.diagnose.fitting.candidates import Candidate, standard_deviations
+from femend.diagnose.loads.loads import LoadFinding
+from femend.diagnose.locating.locate import Located
+from femend.diagnose.locating.next_sensor import next_sensor
+from femend.diagnose.naming.calibration import CALIBRATION
+from femend.diagnose.naming.ranked import Ranked, tempered
 from femend.dof import Dof
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.recovered import in_time
-from femend.diagnose.unrecorded import with_law
+from femend.diagnose.driven.unrecorded import with_law
+from femend.diagnose.locating.recovered import in_time
 from femend.estimate import FitRecord, Hypothesis, Problem
 
 __all__ = ["in_band", "predicted_by_others"]

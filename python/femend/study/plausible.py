@@ -26,8 +26,8 @@ from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged, put_r
 from femend.correlate.misplaced import misplaced
 from femend.correlate.misread import Misread
 from femend.data import ModeSet, Recording, Spectra, Test
+from femend.diagnose.deciding.too_little import PERIODS
 from femend.diagnose.staged.prepare import FrfData, frf_data
-from femend.diagnose.too_little import PERIODS
 from femend.dof import Dof
 from femend.errors import FemendError
 from femend.model import Model, Pairing

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.data.bands import within_band
 from femend.diagnose import Diagnosis
-from femend.diagnose.spread import Spread, as_good, spread
-from femend.diagnose.stages import STAGES, stages
+from femend.diagnose.deciding.spread import Spread, as_good, spread
+from femend.diagnose.deciding.stages import STAGES, stages
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
 from femend.estimate.prepare import frf_records

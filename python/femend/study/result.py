@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.candidates import standard_deviations
-from femend.diagnose.deck_alone import deck_alone
-from femend.diagnose.power import untold
+from femend.diagnose.deciding.deck_alone import deck_alone
+from femend.diagnose.deciding.power import untold
+from femend.diagnose.fitting.candidates import standard_deviations
 from femend.estimate import FitRecord, noise_floor
 from femend.estimate.noise import noise_of
 from femend.model import MeshError

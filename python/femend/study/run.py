@@ -11,11 +11,11 @@ from typing import Any
 
 from femend.data import Recording, Spectra, Test
 from femend.diagnose import Diagnosis, diagnose_records, diagnose_responses
-from femend.diagnose.interrupted import undecided
+from femend.diagnose.deciding.interrupted import undecided
+from femend.diagnose.deciding.so_far import SoFar
+from femend.diagnose.driven.unrecorded import LEAST_SENSORS
 from femend.diagnose.settings import Settings
-from femend.diagnose.so_far import SoFar
-from femend.diagnose.unrecorded import LEAST_SENSORS
-from femend.diagnose.update import UpdatedModel
+from femend.diagnose.updating.update import UpdatedModel
 from femend.errors import FemendError, RecordingError, StudyError, TimeLimitError
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory, refuse_unwritable

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from femend.diagnose.calibration import CALIBRATION
+from femend.diagnose.naming.calibration import CALIBRATION
 from femend.diagnose.staged import Flow, Setup, Stage, StagedData, sensor_warnings
 from femend.diagnose.staged.select import NOT_TOLD, Round
 from femend.model.linear_terms import LinearTerm

@@ -6,10 +6,10 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.own_frequency import own_frequency
-from femend.diagnose.ranked import Ranked
+from femend.diagnose.deciding.own_frequency import own_frequency
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.naming.calibration import CALIBRATION
+from femend.diagnose.naming.ranked import Ranked
 from femend.estimate import noise_floor
 from femend.numerals import listed, plain
 from femend.report import words
@@ -19,7 +19,7 @@ from femend.study.curves import accepted
 
 if TYPE_CHECKING:
     from femend.diagnose import Diagnosis
-    from femend.diagnose.split import Split
+    from femend.diagnose.locating.split import Split
     from femend.study.study_run import StudyRun
 
 __all__ = ["checks", "laws", "notes", "parameters", "places"]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.equivalent import middle
+from femend.diagnose.fitting.candidates import Candidate
+from femend.diagnose.locating.equivalent import middle
 from femend.model.place import AXES
 from femend.physics import Parameter, physics, with_companion
 from femend.physics.causal import CAUSAL, structural, structural_jacobian

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.tilted import AXES, ForceTilt
+from femend.diagnose.naming.calibration import CALIBRATION
+from femend.diagnose.recordings.tilted import AXES, ForceTilt
 from femend.dof import Dof
 from femend.estimate import FitRecord
 

@@ -13,7 +13,7 @@ from femend.report.plots.shape_view import draw_shape
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from femend.diagnose.residual_energy import ResidualEnergy
+    from femend.diagnose.residual.residual_energy import ResidualEnergy
     from femend.model import Model
     from femend.report.content import MeshPicture
 

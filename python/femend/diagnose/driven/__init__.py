@@ -1,0 +1,1 @@
+"""Responses to one force that nobody recorded."""

@@ -1,0 +1,1 @@
+"""One element measured by itself, with no structure around it."""

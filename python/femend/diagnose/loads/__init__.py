@@ -1,0 +1,1 @@
+"""What acts on the structure and was not recorded as it is: forces, humming, ground motion, misplaced loads."""

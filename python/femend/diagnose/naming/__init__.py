@@ -1,0 +1,1 @@
+"""What is missing: laws at the best places, judged on data that no fit has seen."""

@@ -1,0 +1,1 @@
+"""More than one effect: pairs of places, laws side by side and fitted together."""
