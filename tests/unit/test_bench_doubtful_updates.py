@@ -18,7 +18,7 @@ from femend.bench.page import render_page
 from femend.bench.paired_otherwise import paired_otherwise
 from femend.bench.update_advice import missing_modes
 from femend.bench.update_content import update_page
-from femend.bench.words import update_text
+from femend.bench.update_words import update_text
 from femend.estimate.updating.result import ModeRow
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

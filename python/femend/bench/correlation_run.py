@@ -7,11 +7,11 @@ from typing import Any
 
 from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared
+from femend.bench.correlation_words import correlation_text
 from femend.bench.prepared import Prepared
 from femend.bench.run_compared import ComparedRun
 from femend.bench.runs import in_order
 from femend.bench.where_wrong import WhereWrong
-from femend.bench.words import correlation_text
 from femend.study.study import Study
 
 __all__ = ["CorrelationRun"]

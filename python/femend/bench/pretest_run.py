@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend.bench.explanations import Explanations
 from femend.bench.places import Targets
-from femend.bench.words import pretest_text
+from femend.bench.pretest_words import pretest_text
 from femend.dof import Dof
 from femend.model import Model
 from femend.pretest import ExciterChoice, MassLoading, Placement, PlannedTest, VirtualTest

@@ -14,7 +14,7 @@ from femend.bench.run_compared import ComparedRun
 from femend.bench.starts import Starts
 from femend.bench.strength import Strength
 from femend.bench.surface_start import SurfaceStart
-from femend.bench.words import update_text
+from femend.bench.update_words import update_text
 from femend.estimate.updating import Problem, Sensitivity, UpdatedDeck, UpdateResult
 from femend.io.updated_files import updated_files
 from femend.study.study import Study
