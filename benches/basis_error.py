@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from femend.diagnose.updating.update import modelled
 from femend.estimate import FitRecord, fit_records, pair_test
-from femend.model import Model, ReducedModel, parameter_moves, read_model
+from femend.model import Model, ReducedModel, read_model
+from femend.model.reduced import parameter_moves
 from femend.study import load_study
 
 Complex = NDArray[np.complex128]

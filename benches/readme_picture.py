@@ -30,10 +30,10 @@ from femend.report.content import MismatchMap
 from femend.report.plots import draw_mismatch, paper_style
 from femend.report.plots.style import CURVES, SOFT
 from femend.report.words import by_importance, mapping, parameter_text, physics_name, place_text
-from femend.study.curves import restoring_force
-from femend.study.picture import markers, mesh_picture
-from femend.study.predictions import nrmse
-from femend.study.study_run import StudyRun
+from femend.study.result.predictions import nrmse
+from femend.study.result.study_run import StudyRun
+from femend.study.shown.curves import restoring_force
+from femend.study.shown.picture import markers, mesh_picture
 
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "python" / "docs" / "diagnosis.png"

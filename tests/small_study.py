@@ -29,11 +29,11 @@ from femend.diagnose.several.together import Scored, fitted_together
 from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model
-from femend.model.places import find_places
+from femend.model.places.places import find_places
 from femend.physics import physics
 from femend.study import load_study
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 Array = NDArray[np.float64]
 

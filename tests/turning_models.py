@@ -12,7 +12,7 @@ from femend import SpinningPart
 from femend.dof import Dof
 from femend.estimate.updating import SpeedTerm, bearing_term, disc_term
 from femend.model import Model, Parameter, read_model
-from femend.model.linear_terms import SpeedPower
+from femend.model.terms.linear_terms import SpeedPower
 
 Array = NDArray[np.float64]
 BEARINGS, AXIS, DISC = (2, 6), 0, 9

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import femend as fe
-from femend.study.staged_content import ods_correlation
-from femend.study.staged_pictures import staged_pictures
-from femend.study.staged_study_run import StagedRun
+from femend.study.staged.content import ods_correlation
+from femend.study.staged.pictures import staged_pictures
+from femend.study.staged.study_run import StagedRun
 
 
 def main(study: Path, out: Path) -> StagedRun:

@@ -25,7 +25,7 @@ _LAZY = {
     "ChannelMap": "femend.io",
     "Campbell": "femend.data",
     "ComplexModes": "femend.data",
-    "SpinningPart": "femend.model.spinning",
+    "SpinningPart": "femend.model.terms.spinning",
     "TurningSystem": "femend.analysis.turning",
     "campbell": "femend.analysis.campbell",
     "complex_frf": "femend.analysis.complex_frf",

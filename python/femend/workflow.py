@@ -41,12 +41,12 @@ from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.report.text_table import table
 from femend.study import Study
-from femend.study.content import report_content
-from femend.study.predictions import STAGES, Prediction, predict_all
-from femend.study.result import result_of
+from femend.study.result.predictions import STAGES, Prediction, predict_all
+from femend.study.result.result import result_of
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.staged_study_run import StagedRun
-from femend.study.study_run import StudyRun
+from femend.study.shown.content import report_content
+from femend.study.staged.study_run import StagedRun
 
 __all__ = [
     "Check",

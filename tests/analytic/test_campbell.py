@@ -14,7 +14,7 @@ from femend.analysis.complex_modes import complex_modes
 from femend.analysis.turning import TurningSystem
 from femend.dof import Dof
 from femend.model import read_model
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 
 Array = NDArray[np.float64]
 ALONG_X = SpinningPart((1.0, 0.0, 0.0))

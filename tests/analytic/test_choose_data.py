@@ -25,9 +25,9 @@ from femend.estimate.joint import (
 )
 from femend.estimate.loads import configured_responses, identify_loads
 from femend.model import Parameter
-from femend.model.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
 from femend.model.model import read_model
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rigs import BEARINGS, Rig, deck

@@ -21,8 +21,8 @@ from femend.data import Channel
 from femend.data.campbell import Campbell
 from femend.dof import Dof
 from femend.model import read_model
-from femend.model.rotors import deck_rotors
-from femend.model.spinning import SpinningPart
+from femend.model.terms.rotors import deck_rotors
+from femend.model.terms.spinning import SpinningPart
 
 Array = NDArray[np.float64]
 RPM = 2 * np.pi / 60

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from femend import Dof
 from femend.errors import LoadError
 from femend.estimate.joint import OdsFrf, Unbalance, compare_force_laws
-from femend.model.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
 from femend.model.model import read_model
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rigs import BEARINGS, Rig, Truth, deck

@@ -26,12 +26,12 @@ from femend.estimate.joint import (
     unbalance_unknowns,
 )
 from femend.model import Parameter
-from femend.model.bushes import bush_groups
-from femend.model.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
-from femend.model.linear_terms import compliant_support, point_mass, spring_bending
 from femend.model.model import model_of, read_model
-from femend.model.supports import held_rows, support_regions
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.bushes import bush_groups
+from femend.model.terms.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
+from femend.model.terms.linear_terms import compliant_support, point_mass, spring_bending
+from femend.model.terms.supports import held_rows, support_regions
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rigs import Rig, deck

@@ -14,8 +14,8 @@ from femend.dof import Dof
 from femend.errors import LoadError, ModelError
 from femend.estimate.loads import ModelSide, compare_loads, identify_loads, load_history, model_side
 from femend.model import Model, pair_sensors, read_model
-from femend.model.faces import nodal_loads, surface_of
-from femend.model.pressure import modal_patterns, polynomial_patterns
+from femend.model.surfaces.faces import nodal_loads, surface_of
+from femend.model.surfaces.pressure import modal_patterns, polynomial_patterns
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -14,12 +14,12 @@ from femend.analysis.rotor import gyroscopic_matrices
 from femend.data import Speed
 from femend.errors import ModelError
 from femend.estimate.joint import OdsBlock, OdsFrf, Unbalance, receptance, run_of, simulate_run, unbalance_unknowns
-from femend.model.bushes import bush_groups
-from femend.model.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
-from femend.model.linear_terms import LinearTerm
 from femend.model.model import Model, read_model
-from femend.model.speed_terms import disc_at_node, member_over_speed, rotor_between, springs_over_speed
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.bushes import bush_groups
+from femend.model.terms.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
+from femend.model.terms.linear_terms import LinearTerm
+from femend.model.terms.speed_terms import disc_at_node, member_over_speed, rotor_between, springs_over_speed
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rigs import Rig, deck

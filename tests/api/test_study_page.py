@@ -14,14 +14,14 @@ import pytest
 
 from femend.data.recording import EXCITATIONS, ROLES
 from femend.io.channel_map import CHANNEL_QUANTITIES
-from femend.study.bench_settings import DAMPING_MODELS, METHODS, POSTERIORS, RESPONSES, RULES
-from femend.study.candidate_tables import CANDIDATE_KEYS
-from femend.study.field_tables import NEIGHBOURS
-from femend.study.load import FORMAT
-from femend.study.morph_tables import MOVES
-from femend.study.parameter_targets import ALL_PROPERTIES
-from femend.study.schema import StudyFile
-from femend.study.solver_settings import FORMATS
+from femend.study.file.bench_settings import DAMPING_MODELS, METHODS, POSTERIORS, RESPONSES, RULES
+from femend.study.file.candidate_tables import CANDIDATE_KEYS
+from femend.study.file.field_tables import NEIGHBOURS
+from femend.study.file.load import FORMAT
+from femend.study.file.morph_tables import MOVES
+from femend.study.file.parameter_targets import ALL_PROPERTIES
+from femend.study.file.schema import StudyFile
+from femend.study.file.solver_settings import FORMATS
 from femend.units import SYSTEMS
 
 WORDS = {str: ("text", "texts"), int: ("whole number", "whole numbers"), float: ("number", "numbers")}

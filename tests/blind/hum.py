@@ -14,7 +14,7 @@ import numpy as np
 
 from femend.data import Recording, TimeData
 from femend.study import load_study
-from femend.study.channels_sound import with_warnings
+from femend.study.file.channels_sound import with_warnings
 
 # mains frequency a little off, and rms of the hum in that of its sensor
 FREQ, LEVEL = 50.02, 0.1

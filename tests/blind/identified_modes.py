@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from femend.bench.measured import measured_modes
+from femend.bench.reading.measured import measured_modes
 from femend.data import IdentifiedModes
 from femend.errors import FemendError
 from femend.modal import identify_modes
 from femend.progress import SilentProgress
 from femend.signal import estimate_frf
 from femend.study import load_study
-from femend.study.study import Study
+from femend.study.file.study import Study
 
 # relative distance of frequencies within which a mode is that of the truth
 NEAR = 0.04

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from scoring import Z90
 
-from femend.study.findings import OFF_LAW, OPEN_PLACE
-from femend.study.result import OFF_MODEL
+from femend.study.result.findings import OFF_LAW, OPEN_PLACE
+from femend.study.result.result import OFF_MODEL
 
 SHARES = (0.0, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 NOW = {"model": OFF_MODEL, "law, place told": OFF_LAW, "law, place open": OPEN_PLACE}

@@ -20,7 +20,8 @@ from femend.data import Test, TimeData
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.estimate import pair_test
 from femend.model import read_model
-from femend.study import load_study, plausible
+from femend.study import load_study
+from femend.study.doubts import plausible
 
 # 1/g, mm for m, upside down
 FACTORS = (1 / 9.80665, 1000.0, -1.0)

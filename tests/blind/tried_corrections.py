@@ -18,8 +18,8 @@ from femend.data import Test
 from femend.estimate import pair_test
 from femend.model import read_model
 from femend.study import load_study
-from femend.study.corrections import Corrections, corrections_of
-from femend.study.plausible import doubts_found
+from femend.study.doubts.corrections import Corrections, corrections_of
+from femend.study.doubts.plausible import doubts_found
 
 # one of the sensors, or all of them: 1/g, mm for m, upside down
 G, MILLI = 1 / 9.80665, 1000.0

@@ -14,9 +14,9 @@ from click.testing import CliRunner
 
 from femend import load_study
 from femend.cli import main
-from femend.study.bench_settings import UpdatingSettings
-from femend.study.morph_tables import MOVES
-from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
+from femend.study.file.bench_settings import UpdatingSettings
+from femend.study.file.morph_tables import MOVES
+from femend.study.file.schema import CorrelationTable, PretestTable, UpdatingTable
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import TRUE_E, Recorded, write_study

@@ -10,11 +10,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from femend.model.configured import free_model
 from femend.model.model import read_model
+from femend.model.terms.configured import free_model
 from femend.study.run import diagnose
-from femend.study.staged_content import ods_correlation
-from femend.study.staged_study_run import StagedRun
+from femend.study.staged.content import ods_correlation
+from femend.study.staged.study_run import StagedRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rigs import Rig, write_rig

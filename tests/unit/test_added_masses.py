@@ -9,7 +9,7 @@ import pytest
 
 from femend.model import read_model
 from femend.study import load_study
-from femend.study.added_masses import added_mass_doubts
+from femend.study.doubts.added_masses import added_mass_doubts
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import Recorded, study_text

@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.model.places import Topology
-from femend.study import findings
+from femend.model.places.places import Topology
+from femend.study.result.result import findings
 
 
 def place(kind: str, nodes: tuple[int, ...], direction: str, slope: tuple[float, float, float] = (0, 0, 0)) -> Any:

@@ -14,9 +14,9 @@ from scipy.linalg import eigh
 from femend.diagnose.locating.dressed import dressed
 from femend.diagnose.updating import update
 from femend.model import ReducedModel, reduce_model
-from femend.model.form_errors import form_errors
-from femend.model.freed import freed
-from femend.model.reduction import extend_model
+from femend.model.mesh.form_errors import form_errors
+from femend.model.places.freed import freed
+from femend.model.reduced.reduction import extend_model
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_resolution import bars, frequencies, reduced_to

@@ -12,11 +12,11 @@ from tests.small_study import Truth, deck, dense_modes, diagnosed, updated
 from femend.diagnose.locating.beddings import likely_beddings
 from femend.diagnose.locating.dressed import with_own
 from femend.model import Model, Place, ReducedModel, read_model, reduce_model
-from femend.model.bed_extents import BedExtents
-from femend.model.bed_places import Beds, bed_places
-from femend.model.refined import refined_model
+from femend.model.beddings.bed_extents import BedExtents
+from femend.model.beddings.bed_places import Beds, bed_places
+from femend.model.mesh.refined import refined_model
 from femend.report.words import how_much, place_text
-from femend.study.patch import deck_cards
+from femend.study.result.patch import deck_cards
 
 NX, NY, SIDE = 8, 6, 0.05
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from femend import Channel, Dof, Recording, TimeData
-from femend.bench.coarse import longer_pieces, still_rings, too_coarse
-from femend.bench.measured import _finer
+from femend.bench.reading.coarse import longer_pieces, still_rings, too_coarse
+from femend.bench.reading.measured import _finer
 from femend.modal import identify_modes
 from femend.numerals import plain
 from femend.signal import estimate_frf

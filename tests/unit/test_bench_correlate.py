@@ -17,8 +17,8 @@ from click.testing import CliRunner
 
 from femend import Dof, correlate_study, functions_of, model_modes, read_model, update_study, write_uff
 from femend.bench import CorrelationRun
-from femend.bench.compared import _faults
-from femend.bench.placed import Placed, placed_sensors
+from femend.bench.reading.compared import _faults
+from femend.bench.reading.placed import Placed, placed_sensors
 from femend.cli import main
 from femend.data import FRF, Geometry
 from femend.errors import FormatError, PairingError, RecordingError, StudyError

@@ -13,12 +13,12 @@ import pytest
 
 from femend import Dof, correlate_study, model_modes, read_model, update_study
 from femend.bench import UpdateRun
-from femend.bench.left import Left, Unmet
 from femend.bench.page import render_page
-from femend.bench.paired_otherwise import paired_otherwise
-from femend.bench.update_advice import missing_modes
-from femend.bench.update_content import update_page
-from femend.bench.update_words import update_text
+from femend.bench.updating.left import Left, Unmet
+from femend.bench.updating.paired_otherwise import paired_otherwise
+from femend.bench.updating.update_advice import missing_modes
+from femend.bench.updating.update_content import update_page
+from femend.bench.updating.update_words import update_text
 from femend.estimate.updating.result import ModeRow
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -14,8 +14,8 @@ from click.testing import CliRunner
 
 from femend import Dof, model_modes, read_model, update_study
 from femend.bench import UpdateRun
-from femend.bench.drawn import draw_posterior_of
-from femend.bench.small_problem import small_problem
+from femend.bench.reading.small_problem import small_problem
+from femend.bench.updating.drawn import draw_posterior_of
 from femend.cli import main
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.updating import (
@@ -28,7 +28,7 @@ from femend.estimate.updating import (
     update,
 )
 from femend.study import load_study
-from femend.study.bench_settings import UpdatingSettings
+from femend.study.file.bench_settings import UpdatingSettings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -13,8 +13,8 @@ from femend import pretest_study
 from femend.bench import PretestRun
 from femend.errors import PretestError, StudyError
 from femend.estimate.updating import Unknowns, factors_of, modal_system
-from femend.model.linear_terms import point_mass, point_spring, weaker_element
-from femend.model.unknowns import Unknown
+from femend.model.terms.linear_terms import point_mass, point_spring, weaker_element
+from femend.model.terms.unknowns import Unknown
 from femend.pretest import candidate_matrices, distinguish, planned_test
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -13,11 +13,11 @@ import pytest
 
 from femend import Dof, model_modes, pretest_study, update_study
 from femend.bench import UpdateRun
-from femend.bench.fields import neighbours
+from femend.bench.reading.fields import neighbours
 from femend.errors import ModelError, StudyError
 from femend.model import Parameter, read_model
 from femend.study import load_study
-from femend.study.bench_settings import FieldSettings
+from femend.study.file.bench_settings import FieldSettings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -43,7 +43,7 @@ def stop_in(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
         raise KeyboardInterrupt
 
     # the package has a function of the module's name
-    monkeypatch.setattr(sys.modules["femend.bench.update"], name, stopped)
+    monkeypatch.setattr(sys.modules["femend.bench.updating.update"], name, stopped)
 
 
 @pytest.mark.parametrize(

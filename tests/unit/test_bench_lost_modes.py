@@ -10,7 +10,7 @@ import pytest
 
 from femend import Dof, model_modes, read_model, update_study
 from femend.bench import UpdateRun
-from femend.bench.update_content import update_page
+from femend.bench.updating.update_content import update_page
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import RECORDINGS, SENSORS, TRUE_E, study_text, write_modes

@@ -12,11 +12,11 @@ import pytest
 
 from femend import Dof, correlate_study, model_modes, pretest_study, read_model, update_study
 from femend.bench import UpdateRun
-from femend.bench.morphs import morphs_on
+from femend.bench.reading.morphs import morphs_on
 from femend.errors import GeometryError, ModelError, StudyError
 from femend.model import Morph, grown, nodes_moved, offset_along_normal
 from femend.study import load_study
-from femend.study.bench_settings import MorphSettings
+from femend.study.file.bench_settings import MorphSettings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from femend import Channel, Dof, Recording, TimeData, correlate_study, model_modes, read_model, update_study
-from femend.bench.placed import Placed, placed_sensors
+from femend.bench.reading.placed import Placed, placed_sensors
 from femend.correlate import align_points
 from femend.data import Geometry, Test
 from femend.errors import PairingError

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from femend import Dof, pretest_study
 from femend.bench import PretestRun
-from femend.bench.pretest_result import _misled
+from femend.bench.planning.pretest_result import _misled
 from femend.cli import main
 from femend.correlate import automac
 from femend.errors import PretestError, StudyError
@@ -132,7 +132,7 @@ def test_a_free_structure_is_numbered_from_its_first_elastic_mode(tmp_path: Path
 
 
 def test_many_places_are_thinned_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from femend.bench import places
+    from femend.bench.planning import places
 
     monkeypatch.setattr(places, "MOST", 10)
     monkeypatch.setattr(places, "KEPT", 8)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from femend import Dof
-from femend.bench.projected import ProjectedSystem, projected_problem
-from femend.bench.small_problem import small_problem
+from femend.bench.reading.projected import ProjectedSystem, projected_problem
+from femend.bench.reading.small_problem import small_problem
 from femend.errors import ModelError
 from femend.estimate.updating import (
     Configuration,

@@ -13,11 +13,11 @@ import pytest
 
 from femend import update_study
 from femend.bench import UpdateRun
-from femend.bench.strength import choose_strength
+from femend.bench.updating.strength import choose_strength
 from femend.errors import StudyError
 from femend.estimate.updating import Configuration, Problem, Unknowns, Values, sample, tikhonov
 from femend.study import load_study
-from femend.study.bench_settings import UpdatingSettings
+from femend.study.file.bench_settings import UpdatingSettings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import TABLES, TRUE_E, Recorded, study_text, write_study

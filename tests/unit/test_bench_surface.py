@@ -13,10 +13,10 @@ import pytest
 
 from femend import update_study
 from femend.bench import UpdateRun
-from femend.bench.surface_start import start_on_surface
+from femend.bench.updating.surface_start import start_on_surface
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.updating import Configuration, Problem, Unknowns, Values, factor, response_surface
-from femend.study.bench_settings import UpdatingSettings
+from femend.study.file.bench_settings import UpdatingSettings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import TABLES, Recorded, study_text, write_study

@@ -75,7 +75,7 @@ def test_shapes_that_cannot_be_expanded_leave_the_rest(tmp_path: Path, monkeypat
     def refuse(*_: object, **__: object) -> None:
         raise ExpansionError("no way")
 
-    monkeypatch.setattr("femend.bench.where_wrong.expand_residual", refuse)
+    monkeypatch.setattr("femend.bench.correlation.where_wrong.expand_residual", refuse)
     found = correlate_study(write_study(tmp_path, RECORDINGS[:1]), tmp_path / "out")
     assert found.result["recordings"][0]["where_wrong"]["why_not"] == "no way"
     assert "Where the deck is wrong is not told: no way." in (tmp_path / "out" / "correlation.html").read_text()

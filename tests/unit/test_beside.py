@@ -13,7 +13,7 @@ import femend
 from femend.diagnose.locating.dressed import own_values, with_own
 from femend.diagnose.several.beside import companions
 from femend.model import Place, read_model
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, deck, diagnosed, searched

@@ -20,7 +20,7 @@ from femend.diagnose.several.moved import moved
 from femend.diagnose.several.pairs import alike
 from femend.diagnose.several.together import Scored, fitted_together
 from femend.model import Place
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, diagnosed, searched

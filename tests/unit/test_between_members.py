@@ -10,8 +10,8 @@ import numpy as np
 from femend.diagnose.locating.locate import locate
 from femend.diagnose.naming.between_members import with_pairs_between
 from femend.model import read_model
-from femend.model.member_pairs import pairs_between_members
-from femend.model.places import find_places, topology
+from femend.model.places.member_pairs import pairs_between_members
+from femend.model.places.places import find_places, topology
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from femend.model import Model, find_places, read_model
-from femend.model.body_places import FACED, body_places, faced
-from femend.model.places import held_rows
+from femend.model.places.body_places import FACED, body_places, faced
+from femend.model.places.places import held_rows
 
 # a frame of two long beams and one across, 1.2 m by 0.5 m, its middle bars cut in two
 POINTS = {

@@ -17,7 +17,7 @@ from femend.errors import PretestError
 from femend.estimate.updating import AffineMatrices, Unknown, Unknowns, factor, modal_system
 from femend.expansion import expand_residual
 from femend.model import Model, Parameter, read_model
-from femend.model.linear_terms import point_mass, point_spring, weaker_element
+from femend.model.terms.linear_terms import point_mass, point_spring, weaker_element
 from femend.pretest import candidate_matrices, distinguish, planned_test
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -14,10 +14,10 @@ from femend.diagnose.locating.locate import locate
 from femend.diagnose.naming.hinges import inside
 from femend.diagnose.updating.update import update_model
 from femend.model import Model, Parameter, affordable_refinement, find_places, mesh_error, read_model, reduce_model
-from femend.model.coarse_beams import coarse_beams
-from femend.model.places import inner_joints
-from femend.model.refined import refined_model, refined_size
-from femend.model.resolution import unresolved
+from femend.model.mesh.coarse_beams import coarse_beams
+from femend.model.mesh.refined import refined_model, refined_size
+from femend.model.mesh.resolution import unresolved
+from femend.model.places.places import inner_joints
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_own_mesh import recorded
@@ -139,7 +139,7 @@ def test_a_cut_frame_carries_more_of_the_band(tmp_path: Path) -> None:
 
 def test_large_frames_stay_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model = frame(tmp_path / "m.bdf", 3)
-    monkeypatch.setattr(sys.modules["femend.model.mesh_error"], "MOST_NODES", len(model.node_ids) + 7)
+    monkeypatch.setattr(sys.modules["femend.model.mesh.mesh_error"], "MOST_NODES", len(model.node_ids) + 7)
     assert affordable_refinement(model, F_MAX) is None
 
 

@@ -17,7 +17,7 @@ from femend.diagnose.locating.recovered import recover
 from femend.diagnose.several.together import fitted_together
 from femend.model import find_places
 from femend.physics import physics
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

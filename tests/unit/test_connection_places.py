@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from femend.model import Model, Parameter, read_model
-from femend.model.connection_places import connection_places
-from femend.model.places import find_places, topology
+from femend.model.places.connection_places import connection_places
+from femend.model.places.places import find_places, topology
 
 DECK = """BEGIN BULK
 GRID,1,,0.0,0.0,0.0

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from femend import Dof
-from femend.bench.contradicting import contradicting
-from femend.bench.counted import Counted
-from femend.bench.update_advice import passed_over
+from femend.bench.updating.contradicting import contradicting
+from femend.bench.updating.counted import Counted
+from femend.bench.updating.update_advice import passed_over
 
 PHI = np.array([[1.0, 1.0, 0.3], [0.8, -0.6, 1.0], [0.3, 0.9, -0.8]])
 FREQ = np.array([12.0, 55.85, 90.0])

@@ -12,10 +12,10 @@ import pytest
 
 from femend import read_uff, write_uff
 from femend.report.headline import headline
-from femend.study.corrections import Corrections, corrections_of, left_out_unseen
-from femend.study.plausible import doubts_found
+from femend.study.doubts.corrections import Corrections, corrections_of, left_out_unseen
+from femend.study.doubts.plausible import doubts_found
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -23,8 +23,8 @@ from femend.correlate.doubts import Doubt, suggested
 from femend.estimate import pair_test
 from femend.model import read_model
 from femend.study import load_study
-from femend.study.mended import mended, without
-from femend.study.plausible import Doubted
+from femend.study.doubts.mended import mended, without
+from femend.study.doubts.plausible import Doubted
 
 SPRING = ("CELAS2,901,3.+3,9,3",)
 E_TRUE = (6.6e10, 7.3e10)

@@ -28,11 +28,11 @@ from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, MOST, Across, PickedUp
 from femend.estimate.power import smoothed
 from femend.model import MeshError, Place, ReducedModel, affordable_refinement, read_model, reduce_model
-from femend.model.form_errors import basis_modes
+from femend.model.mesh.form_errors import basis_modes
 from femend.numerals import plain
-from femend.study.predictions import Prediction
-from femend.study.result import _mesh_off
-from femend.study.sensors_off import _deviation, readings, sensors_off
+from femend.study.result.predictions import Prediction
+from femend.study.result.result import _mesh_off
+from femend.study.result.sensors_off import _deviation, readings, sensors_off
 
 Array = NDArray[np.float64]
 BAND, RATE, N = (5.0, 200.0), 1024.0, 2048

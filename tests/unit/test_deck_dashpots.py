@@ -10,13 +10,14 @@ import pytest
 from scipy.sparse import csc_array
 
 from femend.diagnose.locating.receptances import answers, receptances
-from femend.model import Model, Parameter, dashpots, read_model
-from femend.model.dashpots import MOST, dashpot_forces, dashpot_rows
-from femend.model.reduction import reduce_model
+from femend.model import Model, Parameter, read_model
+from femend.model.reduced import dashpots
+from femend.model.reduced.dashpots import MOST, dashpot_forces, dashpot_rows
+from femend.model.reduced.reduction import reduce_model
 from femend.study.damping_told import at_dashpots, damping_told
 from femend.study.free_dashpots import with_free_dashpots
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -17,7 +17,7 @@ from femend.diagnose.fitting.linearised import linearised_columns
 from femend.diagnose.locating.joint import open_joint
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, read_model, reduce_model
-from femend.model.places import stretches, topology
+from femend.model.places.places import stretches, topology
 from femend.physics import FitCoordinates, physics
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -11,7 +11,7 @@ from femend.diagnose.locating.directions import KEPT, in_other_directions
 from femend.diagnose.locating.locate import Located, locate
 from femend.diagnose.updating.update import UpdatedModel
 from femend.model import Place
-from femend.model.places import find_places
+from femend.model.places.places import find_places
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

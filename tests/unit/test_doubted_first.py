@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, deck, write_study

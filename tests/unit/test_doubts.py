@@ -12,22 +12,22 @@ import pytest
 from click.testing import CliRunner
 
 from femend import FRF, Channel, Dof, Recording, TimeData, _core, functions_of, read_uff, write_uff
-from femend.bench.doubted import doubted_levels
+from femend.bench.doubting.doubted import doubted_levels
 from femend.cli import main
 from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
 from femend.correlate.exchanged import Exchange, Shapes, exchanged, put_right, turned
 from femend.data import Test
 from femend.errors import ModelError
 from femend.model import read_model
-from femend.model.material_units import material_doubts
+from femend.model.cards.material_units import material_doubts
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
 from femend.estimate import pair_test
 from femend.study import load_study
-from femend.study.channels_sound import with_warnings
-from femend.study.plausible import doubts_of
-from femend.study.sound import deck_warnings
+from femend.study.doubts.plausible import doubts_of
+from femend.study.doubts.sound import deck_warnings
+from femend.study.file.channels_sound import with_warnings
 
 FREQ = np.linspace(5.0, 100.0, 300)
 SHAPES = np.array([[0.4, 1.0, 0.9], [0.7, 0.3, -1.0], [0.9, -0.6, 0.2], [1.0, -1.0, 0.8]])

@@ -12,7 +12,7 @@ from femend.diagnose.diagnosis import explain
 from femend.diagnose.locating.locate import locate
 from femend.diagnose.settings import Settings
 from femend.diagnose.updating.each_alone import explained_one_by_one, unlike
-from femend.model.places import find_places
+from femend.model.places.places import find_places
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

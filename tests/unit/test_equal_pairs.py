@@ -13,7 +13,7 @@ from femend.diagnose.locating.locate import LINES, Located, cost_of
 from femend.diagnose.several.equal_pairs import _left, likeliest_equal
 from femend.diagnose.several.pairs import Searched, plain
 from femend.model import Place
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

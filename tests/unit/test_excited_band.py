@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from femend import Channel, Dof, Recording, TimeData
-from femend.bench.measured import _excited
+from femend.bench.reading.measured import _excited
 from femend.diagnose.staged.prepare import excited_band, frf_data
 from femend.estimate.frf import coherent_band
 from femend.signal import estimate_frf

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from femend.correlate.doubts import Doubt
-from femend.study.explained import answered
-from femend.study.plausible import Doubted
+from femend.study.doubts.explained import answered
+from femend.study.doubts.plausible import Doubted
 
 
 def doubted(kind: str, channel: str = "", recordings: tuple[str, ...] = ("low", "high")) -> Doubted:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femend.model import read_model
-from femend.model.reduction import reduce_model
+from femend.model.reduced.reduction import reduce_model
 
 DECK = """CEND
 SPC=1

@@ -15,13 +15,13 @@ from scipy.linalg import eigh
 from femend.diagnose.locating.joint import open_joint
 from femend.estimate import Problem
 from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
-from femend.model.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
-from femend.model.reduction import extend_model
+from femend.model.mesh.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
+from femend.model.reduced.reduction import extend_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
 
-form_errors_module = import_module("femend.model.form_errors")  # the package has a function of that name
+form_errors_module = import_module("femend.model.mesh.form_errors")  # the package has a function of that name
 
 F_MAX = 150.0
 

@@ -23,7 +23,7 @@ from femend.estimate import FitRecord
 from femend.model import find_places, read_model
 from femend.physics import PARTS, physics, surrogate_start
 from femend.physics.catalogue import selected
-from femend.study import tables
+from femend.study.shown import tables
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -7,7 +7,7 @@ import pytest
 
 from femend.data import FRF, Channel, Recording, Test
 from femend.dof import Dof
-from femend.study.frf_levels import frf_levels
+from femend.study.doubts.frf_levels import frf_levels
 
 FREQ = np.arange(200) * 0.1
 

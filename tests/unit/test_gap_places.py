@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.model import Model, Place, find_places, gap_places, read_model
-from femend.model.gap_places import facing
+from femend.model import Model, Place, find_places, read_model
+from femend.model.places.gap_places import facing
+from femend.model.places.places import gap_places
 
 NX, NY, SIDE = 4, 3, 0.05
 

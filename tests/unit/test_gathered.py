@@ -9,8 +9,8 @@ import numpy as np
 
 from femend.data import Channel, Recording, Remark, TimeData
 from femend.dof import Dof
-from femend.study.channels_sound import with_warnings
-from femend.study.gathered import gathered
+from femend.study.doubts.gathered import gathered
+from femend.study.file.channels_sound import with_warnings
 
 
 def record(name: str, scale: dict[int, float], offset: float = 0.0) -> Recording:

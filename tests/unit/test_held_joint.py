@@ -8,7 +8,7 @@ from typing import Any, cast
 import pytest
 
 from femend.physics import physics
-from femend.study.held_joint import held_joint
+from femend.study.result.held_joint import held_joint
 
 BOUC_WEN = {"k": 3e4, "alpha": 0.0, "n": 1.5, "beta": 1e4, "gamma": 5e3}
 

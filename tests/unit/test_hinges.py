@@ -15,7 +15,7 @@ from femend.diagnose.naming.name_at import name_at
 from femend.diagnose.updating.update import update_model
 from femend.estimate import FitRecord, Problem
 from femend.model import find_places, reduce_model
-from femend.model.places import inner_joints
+from femend.model.places.places import inner_joints
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -7,7 +7,7 @@ import pytest
 
 from femend.diagnose.fitting.candidates import Candidate
 from femend.physics import FitCoordinates, physics
-from femend.study.findings import _law_sd
+from femend.study.result.findings import _law_sd
 
 
 def test_the_share_of_a_spring_beside_a_loop_has_a_deviation() -> None:

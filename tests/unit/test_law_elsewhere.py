@@ -23,7 +23,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.several.law_elsewhere import in_turn, where_it_explains_more
 from femend.diagnose.updating.update import UpdatedModel
 from femend.model import Place
-from femend.model.places import find_places
+from femend.model.places.places import find_places
 from femend.physics import physics
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -14,7 +14,7 @@ from femend.cli import main
 from femend.errors import LawParameterError, StudyError
 from femend.physics import CATALOGUE, catalogue, register, selected
 from femend.study import run as study_run
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

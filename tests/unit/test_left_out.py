@@ -16,8 +16,8 @@ from femend.dof import Dof
 from femend.estimate import FitRecord, without_crossed, without_still
 from femend.model import ReducedModel, read_model, reduce_model
 from femend.numerals import plain
-from femend.study.predictions import Prediction
-from femend.study.result import _left_out
+from femend.study.result.predictions import Prediction
+from femend.study.result.result import _left_out
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_cross_axis import BAND, SENSORS, Y, Z, of_frf, recorded, reduced

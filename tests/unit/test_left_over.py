@@ -9,8 +9,8 @@ import pytest
 
 from femend.data import Channel
 from femend.estimate import FitRecord
-from femend.study.left_over import left_beside, left_beside_sine, left_over, shares_outside
-from femend.study.predictions import Prediction
+from femend.study.result.left_over import left_beside, left_beside_sine, left_over, shares_outside
+from femend.study.result.predictions import Prediction
 
 
 def row(name: str, floor: float | None, left: float | None, role: str = "fit") -> dict[str, Any]:

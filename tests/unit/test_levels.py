@@ -16,7 +16,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.updating import levels
 from femend.diagnose.updating.levels import UNEVEN, depends_on_level, relative_errors
 from femend.diagnose.updating.update import UpdatedModel
-from femend.model.places import find_places
+from femend.model.places.places import find_places
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -11,7 +11,7 @@ import pytest
 from femend.diagnose.loads.loads import LoadFinding
 from femend.diagnose.naming.calibration import CALIBRATION
 from femend.diagnose.settings import Settings
-from femend.study.findings import _finding, _load_alternatives, _load_finding
+from femend.study.result.findings import _finding, _load_alternatives, _load_finding
 
 
 def told(physics: str, costs: dict[str, float], force: Any = None) -> dict[str, float]:
@@ -57,7 +57,7 @@ def test_a_misplaced_force_keeps_where_it_was_recorded() -> None:
 
 
 def test_laws_tried_in_vain_share_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("femend.study.findings._location", lambda *_: {"also_possible": []})
+    monkeypatch.setattr("femend.study.result.findings._location", lambda *_: {"also_possible": []})
     diagnosis = cast(Any, SimpleNamespace(rival=None))
     found = _finding(diagnosis, cast(Any, None), None, {"joint_stiffness": 0.9, "added_mass": 0.05})
     assert (found["physics"], found["probability"]) == ("", 0.0)

@@ -8,7 +8,7 @@ import pytest
 from femend.data import Channel, Recording, TimeData
 from femend.dof import Dof
 from femend.signal.mains import mains_hum
-from femend.study.channels_sound import with_warnings
+from femend.study.file.channels_sound import with_warnings
 
 RATE, N = 1024.0, 8192
 CHANNELS = (

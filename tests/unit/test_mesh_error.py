@@ -11,7 +11,7 @@ import pytest
 
 from femend.errors import FemendError
 from femend.model import Model, affordable_refinement, form_errors, mesh_error, read_model, reduce_model
-from femend.model.form_errors import (
+from femend.model.mesh.form_errors import (
     HALVED,
     MESH_SD,
     QUADRATIC_MODE_SD,
@@ -20,13 +20,13 @@ from femend.model.form_errors import (
     SOLID_MODE_SD,
     SUPPORT_SD,
 )
-from femend.model.refined import refined_size
+from femend.model.mesh.refined import refined_size
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_refined import bricks, frequencies, shells
 
 F_MAX = 900.0
-MODULE = sys.modules["femend.model.mesh_error"]
+MODULE = sys.modules["femend.model.mesh.mesh_error"]
 
 
 @pytest.fixture

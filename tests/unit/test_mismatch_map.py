@@ -21,9 +21,9 @@ from femend.report.mesh_view import viewer_data
 from femend.report.mismatch_map import N_LEVELS, mismatch_figure, on_mesh
 from femend.report.page import render
 from femend.report.plots import draw_mismatch, figure
-from femend.study.content import report_content
-from femend.study.curves import accepted, restoring_force
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
+from femend.study.shown.content import report_content
+from femend.study.shown.curves import accepted, restoring_force
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from femend import Dof, TimeData, functions_of, read_recording, write_uff
 from femend.correlate.exchanged import Shapes
 from femend.correlate.misplaced import misplaced
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import LEVELS, NOISE, Truth, write_study

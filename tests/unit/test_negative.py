@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from femend import _core
-from femend.model.negative import negative_values
+from femend.model.cards.negative import negative_values
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -12,8 +12,8 @@ from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
 from femend.cli.summary import summary
 from femend.diagnose.locating.next_sensor import next_sensor
 from femend.model import read_model
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import LEVELS, NOISE, RATE, UPSAMPLING, ZETA, dense_modes, force, study_text

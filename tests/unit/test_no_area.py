@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from femend import _core
 from femend.cli import main
-from femend.model.no_area import zero_areas
+from femend.model.cards.no_area import zero_areas
 
 HEAD = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,2.1+11,,.3,7850.", "SPC1,1,123456,1"]
 GRIDS = [f"GRID,{n},,{0.1 * n:.1f},0.,0." for n in range(1, 5)]

@@ -17,8 +17,8 @@ from femend.diagnose.deciding.verdict import decide, nothing_explains
 from femend.diagnose.updating.noise import Louder
 from femend.physics.catalogue import selected
 from femend.report.headline import headline
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import LEVELS, NOISE, Truth, study_text, write_study

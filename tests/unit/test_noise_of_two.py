@@ -15,7 +15,7 @@ from femend.diagnose.naming.judge import compared_in
 from femend.diagnose.several.noise_of_two import beyond_two_forces
 from femend.diagnose.several.pairs import Searched
 from femend.diagnose.updating.noise import UNDERRATED
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

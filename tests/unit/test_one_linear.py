@@ -23,7 +23,7 @@ from femend.diagnose.several.read_beside import read_off_beside
 from femend.estimate import Problem
 from femend.model import Place
 from femend.physics import physics
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

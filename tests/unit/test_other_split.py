@@ -14,7 +14,7 @@ import pytest
 from femend.diagnose.several import other_split
 from femend.diagnose.several.other_split import chosen_where_it_shows
 from femend.diagnose.several.pairs import Searched
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

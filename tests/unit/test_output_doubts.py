@@ -14,10 +14,10 @@ from femend.correlate.exchanged import Shapes
 from femend.correlate.misread import misread
 from femend.estimate import pair_test
 from femend.modal.output_only.principal import principal_responses
-from femend.model.reduction import core_modes
+from femend.model.reduced.reduction import core_modes
 from femend.report.headline import headline
 from femend.report.mode_words import frequency_errors
-from femend.study.plausible import doubts_of
+from femend.study.doubts.plausible import doubts_of
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

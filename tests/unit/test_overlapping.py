@@ -9,7 +9,7 @@ import pytest
 
 from femend import Dof
 from femend.data import Channel, Recording, TimeData
-from femend.study.overlapping import overlaps
+from femend.study.doubts.overlapping import overlaps
 
 DT = 1e-3
 RECORD = np.random.default_rng(5).standard_normal(20_000).cumsum() * np.hanning(20_000)

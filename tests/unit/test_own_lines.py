@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from femend.diagnose.loads.own_lines import on_own_lines
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import NOISE, Truth, write_study

@@ -15,7 +15,7 @@ from femend.errors import PairingError
 from femend.estimate import pair_test
 from femend.io import UniversalFile
 from femend.io.uff.geometry import Nodes
-from femend.model.near_ids import near_ids
+from femend.model.cards.near_ids import near_ids
 from femend.progress import SilentProgress
 from femend.study.run import diagnose
 

@@ -12,7 +12,7 @@ import pytest
 from femend.diagnose.fitting.terms import Term
 from femend.diagnose.several.parallel import _others, what_is_left
 from femend.physics import physics
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, diagnosed, searched

@@ -13,7 +13,7 @@ from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.parting import left_by_something_else
 from femend.diagnose.deciding.spread import Spread
 from femend.estimate import FitRecord
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 
 def later(record: FitRecord, share: float) -> FitRecord:

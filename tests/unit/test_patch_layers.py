@@ -8,7 +8,7 @@ import numpy as np
 
 from femend.io.deck import patch_deck
 from femend.model import Parameter, read_model
-from femend.study.patch import deck_changes
+from femend.study.result.patch import deck_changes
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 CARDS = [

@@ -11,7 +11,7 @@ import pytest
 from scipy.sparse import csc_array
 
 from femend.model import Model, read_model
-from femend.study.patch import deck_cards
+from femend.study.result.patch import deck_cards
 
 DECK = """BEGIN BULK
 CORD2R,7,,0.0,0.0,0.0,0.0,0.0,1.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femend.model import Model, Place, find_places, read_model
-from femend.model.places import topology
+from femend.model.places.places import topology
 
 
 def frame(pins: str = "", more: tuple[str, ...] = ()) -> str:

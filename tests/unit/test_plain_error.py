@@ -18,8 +18,8 @@ from femend.diagnose.deciding.plain_error import further_off, plain_errors, sile
 from femend.diagnose.deciding.verdict import decide
 from femend.diagnose.naming.advice import LATER
 from femend.diagnose.settings import Settings
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import NOISE, Truth, diagnosed, force, recording, respond, write_study

@@ -17,8 +17,8 @@ from femend.diagnose.deciding.so_far import SoFar
 from femend.diagnose.updating.update import update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import read_model
-from femend.study.predictions import motion_error, predict_all, rows_of, write_predictions
-from femend.study.result import result_of
+from femend.study.result.predictions import motion_error, predict_all, rows_of, write_predictions
+from femend.study.result.result import result_of
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

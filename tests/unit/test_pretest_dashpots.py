@@ -12,7 +12,7 @@ import scipy.linalg
 from femend import Dof, pretest_study
 from femend.errors import PretestError
 from femend.model import Model
-from femend.model.linear_terms import point_dashpot, point_mass
+from femend.model.terms.linear_terms import point_dashpot, point_mass
 from femend.pretest import PlannedTest, dashpot_test
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

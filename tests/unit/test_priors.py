@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from femend.study.priors import bounds_told, prior_doubts
-from femend.study.study import Parameter
+from femend.study.doubts.priors import bounds_told, prior_doubts
+from femend.study.file.study import Parameter
 
 
 @pytest.mark.parametrize("sd", [0.005, 0.02, 0.1, 0.5])

@@ -10,9 +10,10 @@ import pytest
 from femend.errors import UpdatingError
 from femend.estimate.updating import updated_deck
 from femend.io.deck import FieldChange, patch_deck
-from femend.model import Model, Morph, Parameter, deck_fields, read_model
-from femend.model.deck_changes import deck_changes
-from femend.model.read_back import deck_faults, unreadable
+from femend.model import Model, Morph, Parameter, read_model
+from femend.model.patched import deck_fields
+from femend.model.patched.deck_changes import deck_changes
+from femend.model.patched.read_back import deck_faults, unreadable
 
 # fields of eight columns, in which factors are rounded
 HEAD = """SOL 103

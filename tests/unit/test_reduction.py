@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scipy.sparse import diags_array
 
 from femend.errors import ModelError
-from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model, reduction, static_basis
-from femend.model.reduction import extend_model, project_model
-from femend.model.static_basis import added, joined, static_responses
+from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model
+from femend.model.reduced import reduction, static_basis
+from femend.model.reduced.reduction import extend_model, project_model
+from femend.model.reduced.static_basis import added, joined, static_responses
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -195,7 +196,7 @@ def test_static_responses_of_a_large_matrix_are_those_of_a_small_one(monkeypatch
     A = diags_array([np.full(n - 1, -1.0), np.full(n, 2.5), np.full(n - 1, -1.0)], offsets=[-1, 0, 1]).tocsc()
     loads = rng.standard_normal((n, 3))
     small = static_responses(A, loads)
-    monkeypatch.setattr("femend.model.static_basis.LARGE", 10)
+    monkeypatch.setattr("femend.model.reduced.static_basis.LARGE", 10)
     np.testing.assert_allclose(static_responses(A, loads), small, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(A @ small, loads, rtol=1e-12, atol=1e-14)
 
@@ -226,7 +227,7 @@ def test_many_parameters_are_held_by_combinations_of_what_they_do(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rows = [6 * model.index(node) + 2 for node in (4, 7, 13)]
-    monkeypatch.setattr("femend.model.parameter_moves.MOST", 5)
+    monkeypatch.setattr("femend.model.reduced.parameter_moves.MOST", 5)
     reduced = reduce_model(model, F_MAX, rows)
     K, M = (a.toarray() for a in model.matrices({"E_root": 1.1, "E_tip": 0.9}))
     freq = np.linspace(5.0, F_MAX, 60)

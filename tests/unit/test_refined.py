@@ -9,7 +9,7 @@ import pytest
 
 from femend.errors import ModelError
 from femend.model import Model, Parameter, find_places, read_model
-from femend.model.refined import refined_model, refined_size, twice_refined
+from femend.model.mesh.refined import refined_model, refined_size, twice_refined
 
 NX, NY, NZ = 6, 2, 1
 SIDES = (0.6, 0.06, 0.03)

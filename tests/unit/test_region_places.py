@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from femend.diagnose.locating.dressed import hypothesis_of, with_own
 from femend.diagnose.locating.region_stiffness import prepare_regions, region_stiffness
 from femend.model import Model, Parameter, Place, find_places, read_model, reduce_model
-from femend.model.refined import refined_model
+from femend.model.mesh.refined import refined_model
 
 region_stiffness_module = import_module("femend.diagnose.locating.region_stiffness")  # it has a function of that name
 

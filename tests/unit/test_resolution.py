@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from femend.diagnose.updating.update import modelled
 from femend.estimate import FitRecord
 from femend.model import Model, ReducedModel, read_model, reduce_model
-from femend.model.form_errors import MESH_SD, MODE_SD
 from femend.model.known_mesh import Unresolved
-from femend.model.resolution import LIMIT, mode_resolution, unresolved
+from femend.model.mesh.form_errors import MESH_SD, MODE_SD
+from femend.model.mesh.resolution import LIMIT, mode_resolution, unresolved
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -14,9 +14,10 @@ from femend.correlate.exchanged import Shapes
 from femend.correlate.resonances import clear_lines_of, common_factor, explained
 from femend.estimate import pair_test
 from femend.model import read_model
-from femend.study import load_study, plausible_frequencies
-from femend.study.corrections import corrections_of
-from femend.study.plausible import Doubts, doubts_found
+from femend.study import load_study
+from femend.study.doubts import plausible_frequencies
+from femend.study.doubts.corrections import corrections_of
+from femend.study.doubts.plausible import Doubts, doubts_found
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

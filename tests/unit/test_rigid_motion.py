@@ -13,8 +13,8 @@ from femend.analysis.model_modes import model_modes
 from femend.cli import main
 from femend.io.superelement import Superelement, superelement_cards
 from femend.model import Model, read_model
-from femend.model.rigid_motion import ZeroModes, count_zero, rigid_motions, zero_modes
-from femend.study.plausible import _free
+from femend.model.reduced.rigid_motion import ZeroModes, count_zero, rigid_motions, zero_modes
+from femend.study.doubts.plausible import _free
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from femend import read_model
 from femend.model import Model, find_places
-from femend.model.rod_places import struts
+from femend.model.places.rod_places import struts
 
 SQUARE = {1: (0, 0), 2: (1, 0), 3: (1, 1), 4: (0, 1)}
 RODS = {1: (1, 2), 2: (2, 3), 3: (3, 4), 4: (4, 1), 5: (1, 3)}

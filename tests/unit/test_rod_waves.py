@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from femend.model import read_model, reduce_model
-from femend.model.beam_waves import beam_of
-from femend.model.resolution import mode_resolution
+from femend.model.mesh.resolution import mode_resolution
+from femend.model.reduced.beam_waves import beam_of
 
 LENGTH, ELEMENTS = 1.0, 10
 RODS = "".join(f"CROD,{i},1,{i},{i + 1}\n" for i in range(1, ELEMENTS + 1))

@@ -16,10 +16,10 @@ from femend.analysis.turning_modal_frf import modal_gyroscopic, turning_modal_fr
 from femend.cli import main
 from femend.dof import Dof
 from femend.model import read_model
-from femend.model.configured import ALPHA, BETA, configure
-from femend.model.rotors import Rotors, deck_rotors
-from femend.model.spinning import gyroscopic
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.configured import ALPHA, BETA, configure
+from femend.model.terms.rotors import Rotors, deck_rotors
+from femend.model.terms.spinning import gyroscopic
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from operating_models import channels

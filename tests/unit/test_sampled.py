@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from femend import Recording, functions_of, write_uff
-from femend.bench.correlate import correlate
+from femend.bench.correlation.correlate import correlate
 from femend.errors import RecordingError
-from femend.study.sampled import too_slow_for_band, too_slow_for_modes
+from femend.study.doubts.sampled import too_slow_for_band, too_slow_for_modes
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -16,7 +16,7 @@ from femend.errors import DeckError, ModelError, PairingError
 from femend.estimate.prepare import pair_test
 from femend.io.deck import read_deck
 from femend.model import Model, read_model
-from femend.study.picture import mesh_picture
+from femend.study.shown.picture import mesh_picture
 
 # a mass on a spring at node 1, with a chain of two scalar oscillators on it
 CHAIN = """\

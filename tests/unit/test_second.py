@@ -34,7 +34,7 @@ from femend.diagnose.several.together import at_other_places, shows, unbends
 from femend.diagnose.updating.levels import element_depends_on_level
 from femend.diagnose.updating.noise import UNDERRATED, louder
 from femend.diagnose.updating.update import UpdatedModel
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

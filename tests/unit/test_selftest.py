@@ -29,7 +29,7 @@ from femend.selftest.plan import Plan, Replay, read_plan
 from femend.selftest.score import false_claims, grouped, judge, wilson
 from femend.selftest.truth import Drawn, draw, modes_of, pick
 from femend.selftest.update import Update
-from femend.study.load import load_study
+from femend.study.file.load import load_study
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

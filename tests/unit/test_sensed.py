@@ -13,7 +13,7 @@ from femend.diagnose.locating.sensed import sensed_places
 from femend.errors import ModelError
 from femend.estimate import FitRecord, Problem
 from femend.model import ReducedModel, find_places, read_model, reduce_model
-from femend.model.places import mass_place
+from femend.model.places.places import mass_place
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 

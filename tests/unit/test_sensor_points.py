@@ -16,7 +16,7 @@ from femend.io.uff import modes_55, write_uff
 from femend.io.uff.geometry import Nodes
 from femend.model import Model
 from femend.model.sensor_point import SensorPoint
-from femend.model.sensor_points import sensor_points
+from femend.model.surfaces.sensor_points import sensor_points
 
 Array = NDArray[np.float64]
 LENGTH, WIDTH = 0.6, 0.4

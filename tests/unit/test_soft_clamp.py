@@ -19,10 +19,10 @@ from femend.diagnose.naming import laws_at
 from femend.errors import ModelError
 from femend.estimate import Fit
 from femend.model import Model, Place, ReducedModel, find_places, form_errors, read_model, reduce_model
-from femend.model.freed import freed, own_stiffness, reactions
-from femend.study.patch import on_new_supports
+from femend.model.places.freed import freed, own_stiffness, reactions
+from femend.study.result.patch import on_new_supports
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -11,7 +11,7 @@ from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.spread import AS_WELL, Spread, as_good, spread
 from femend.diagnose.fitting.closed_loop import Loop
 from femend.errors import ModelError
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 
 def with_covariance(found: Diagnosis, factor: float) -> Diagnosis:

@@ -24,9 +24,9 @@ from femend.diagnose.staged import (
 from femend.diagnose.staged.setup import carried
 from femend.estimate import pair_test
 from femend.model import Parameter
-from femend.model.configured import ALPHA, free_model
 from femend.model.model import read_model
-from femend.study.staged_run import is_staged
+from femend.model.terms.configured import ALPHA, free_model
+from femend.study.staged.run import is_staged
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rigs import Rig, write_hammer

@@ -10,7 +10,7 @@ import pytest
 
 from femend.diagnose.staged import Flow, Stage, StagedSettings
 from femend.diagnose.staged.select import Rival, Round
-from femend.study.staged_doubts import clear_rival, places_left
+from femend.study.staged.doubts import clear_rival, places_left
 
 SETTINGS = StagedSettings()
 

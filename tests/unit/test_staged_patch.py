@@ -11,8 +11,8 @@ import pytest
 
 from femend.io.deck import FieldChange
 from femend.model import Parameter, read_model
-from femend.study.deck_told import deck_told
-from femend.study.staged_patch import staged_cards, staged_changes
+from femend.study.result.deck_told import deck_told
+from femend.study.staged.patch import staged_cards, staged_changes
 
 DECK = """BEGIN BULK
 GRID,1,,0.,0.,0.

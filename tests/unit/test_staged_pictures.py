@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from femend import Channel, Dof, Recording, TimeData
-from femend.study import staged_pictures
-from femend.study.staged_pictures import mac_matrix, stabilisation
+from femend.study.staged import pictures as staged_pictures
+from femend.study.staged.pictures import mac_matrix, stabilisation
 
 RATE, SECONDS = 100.0, 120.0
 

@@ -16,8 +16,8 @@ from femend.diagnose.staged.prepare import FrfData
 from femend.diagnose.staged.select import fit_terms, select_terms
 from femend.dof import Dof
 from femend.model import Pairing, Parameter
-from femend.model.configured import free_model
-from femend.model.linear_terms import point_mass
+from femend.model.terms.configured import free_model
+from femend.model.terms.linear_terms import point_mass
 
 # a beam of ten elements, clamped at node 1, with sensors along Y and Z at three of its nodes
 SENSORS = tuple(Dof(n, c) for n in (4, 8, 11) for c in (2, 3))

@@ -21,10 +21,11 @@ from femend.diagnose.staged.words import _decisions, remark_on_run
 from femend.errors import RecordingError
 from femend.estimate.joint import ModesBlock
 from femend.report.plots import paper_style
-from femend.study import staged_content, staged_pictures
-from femend.study.staged_content import _pictures
-from femend.study.staged_doubts import runs_left
-from femend.study.staged_result import _verdict
+from femend.study.staged import content as staged_content
+from femend.study.staged import pictures as staged_pictures
+from femend.study.staged.content import _pictures
+from femend.study.staged.doubts import runs_left
+from femend.study.staged.result import _verdict
 
 RATE = 256.0
 

@@ -15,9 +15,9 @@ from femend.diagnose.staged.select import Rival, Round, _has_stiffness
 from femend.diagnose.staged.shaft import axis_doubt, shaft_nodes, with_shaft
 from femend.estimate.joint import Posterior
 from femend.model import Pairing
-from femend.model.configured import free_model
-from femend.model.speed_terms import member_over_speed
-from femend.study.staged_doubts import not_held_out, taken_back, without_use
+from femend.model.terms.configured import free_model
+from femend.model.terms.speed_terms import member_over_speed
+from femend.study.staged.doubts import not_held_out, taken_back, without_use
 
 
 def shaft(folder: Path) -> Setup:

@@ -10,8 +10,8 @@ import pytest
 from femend.data import Channel, Recording, Test, TimeData
 from femend.dof import Dof
 from femend.model import Model, pair_sensors, read_model
-from femend.study.curves import frf_estimate
-from femend.study.picture import markers, mesh_picture
+from femend.study.shown.curves import frf_estimate
+from femend.study.shown.picture import markers, mesh_picture
 
 BRICKS = """\
 CEND

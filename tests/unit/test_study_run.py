@@ -15,9 +15,9 @@ import pytest
 from femend import functions_of, load_study, read_recording, write_uff
 from femend.diagnose.naming.calibration import CALIBRATION
 from femend.model import read_model
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.study_run import StudyRun
-from femend.study.tables import laws
+from femend.study.shown.tables import laws
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femend import Channel, Dof, TimeData
-from femend.bench.runs import _lost_peaks
+from femend.bench.reading.runs import _lost_peaks
 from femend.data import Recording, Rotating
 from femend.diagnose.staged.prepare import tacho_warnings
 from femend.errors import SignalError

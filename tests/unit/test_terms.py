@@ -16,7 +16,7 @@ from femend.diagnose.several.pairs import Searched
 from femend.diagnose.several.together import fitted_together, told_plainly
 from femend.diagnose.updating.levels import element_depends_on_level
 from femend.physics import physics
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, diagnosed

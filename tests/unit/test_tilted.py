@@ -18,7 +18,7 @@ from femend.diagnose.updating.update import _updated, modelled
 from femend.estimate import FitRecord
 from femend.model import Place, ReducedModel
 from femend.report.headline import headline
-from femend.study.turned_force import turned_force
+from femend.study.result.turned_force import turned_force
 
 Array = NDArray[np.float64]
 SENSORS = [(7, 1), (5, 1), (3, 1), (7, 2), (5, 2), (4, 2)]

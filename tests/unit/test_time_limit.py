@@ -19,7 +19,7 @@ from femend.diagnose import diagnosis as steps
 from femend.diagnose.naming import name
 from femend.errors import StudyError, TimeLimitError
 from femend.study import run as study_run
-from femend.study.study_run import StudyRun
+from femend.study.result.study_run import StudyRun
 from femend.study.time_limit import TimeLimit
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

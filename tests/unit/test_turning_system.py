@@ -16,8 +16,8 @@ from femend.analysis.turning import TurningSystem, turning_system
 from femend.data import Channel
 from femend.dof import Dof
 from femend.model import Model, read_model
-from femend.model.one_pattern import on_one_pattern
-from femend.model.spinning import SpinningPart
+from femend.model.reduced.one_pattern import on_one_pattern
+from femend.model.terms.spinning import SpinningPart
 
 X = (1.0, 0.0, 0.0)
 

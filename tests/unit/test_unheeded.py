@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from femend.cli import main
 from femend.io.deck import read_deck
-from femend.model.unheeded import unheeded
+from femend.model.cards.unheeded import unheeded
 
 BAR = "GRID,1\nGRID,2,,1.,0.,0.\nCBAR,1,1,1,2,0.,1.,0.\nPBAR,1,1,6.-4,5.-8,5.-8,1.-7\nMAT1,1,2.1+11,,.3,7850.\n"
 HELD = "SPC1,1,123456,1\nSPC1,2,123,1\n"

@@ -17,10 +17,10 @@ from femend.errors import RecordingError
 from femend.estimate import FitRecord, Hypothesis, fit_records, noise_of, pair_test, used_band
 from femend.model import read_model
 from femend.study import load_study
-from femend.study.left_out import in_band
+from femend.study.result.left_out import in_band
+from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
-from femend.study.staged_study_run import StagedRun
-from femend.study.study_run import StudyRun
+from femend.study.staged.study_run import StagedRun
 
 STIFFER = (7.35e10, 6.8e10)
 
@@ -148,7 +148,7 @@ def test_errors_are_those_of_sensors_predicted_from_the_others(sprung: StudyRun)
 
 def test_a_sensor_that_is_left_out_does_not_count(sprung: StudyRun) -> None:
     """What a sensor reads changes nothing of what the others predict for it."""
-    from femend.study.left_out import predicted_by_others
+    from femend.study.result.left_out import predicted_by_others
 
     record = sprung.records[0]
     changed = record.y.copy()

@@ -14,13 +14,13 @@ from femend.diagnose.updating.update import update_model
 from femend.errors import ModelError
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, read_model
-from femend.model.configured import configure, free_model
-from femend.model.negative import negative_values
-from femend.model.reduction import reduce_model
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.cards.negative import negative_values
+from femend.model.reduced.reduction import reduce_model
+from femend.model.terms.configured import configure, free_model
+from femend.model.terms.unknowns import Unknown, Unknowns
 from femend.study import load_study
-from femend.study.plausible import _free
-from femend.study.staged_result import _verdict
+from femend.study.doubts.plausible import _free
+from femend.study.staged.result import _verdict
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from femend.study import load_study
-from femend.study.unused_configurations import unused_configurations
+from femend.study.doubts.unused_configurations import unused_configurations
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import Recorded, study_text

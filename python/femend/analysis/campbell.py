@@ -16,7 +16,7 @@ from femend.data.campbell import Campbell
 from femend.dof import Dof
 from femend.errors import ConvergenceError, ModelError, TooFewModesError
 from femend.model import Model
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 from femend.numerals import listed, plain
 
 __all__ = ["campbell"]

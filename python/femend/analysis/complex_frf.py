@@ -16,7 +16,7 @@ from femend.data.frf import FRF
 from femend.dof import Dof
 from femend.errors import ConvergenceError, PairingError
 from femend.model import Model
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 
 __all__ = ["complex_frf", "complex_receptance"]
 

@@ -18,7 +18,7 @@ from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import ConvergenceError, SingularModelError
 from femend.model import Model
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 from femend.numerals import listed
 
 __all__ = ["ComplexSolver", "complex_modes"]

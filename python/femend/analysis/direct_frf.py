@@ -16,7 +16,7 @@ from femend.data.frf import FRF
 from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model import Model
-from femend.model.one_pattern import on_one_pattern
+from femend.model.reduced.one_pattern import on_one_pattern
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

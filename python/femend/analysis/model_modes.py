@@ -12,8 +12,8 @@ from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import ArgumentError, SingularModelError
 from femend.model import Model
-from femend.model.finite_modes import finite_modes
-from femend.model.unsolvable import told_of
+from femend.model.reduced.finite_modes import finite_modes
+from femend.model.reduced.unsolvable import told_of
 
 __all__ = ["model_modes"]
 

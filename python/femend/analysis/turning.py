@@ -13,8 +13,8 @@ from femend.analysis.preload import stress_stiffness
 from femend.analysis.rotor import gyroscopic_matrices
 from femend.dof import Dof
 from femend.model import Model
-from femend.model.one_pattern import on_one_pattern
-from femend.model.spinning import SpinningPart
+from femend.model.reduced.one_pattern import on_one_pattern
+from femend.model.terms.spinning import SpinningPart
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -12,7 +12,7 @@ from femend.analysis.rotor import gyroscopic_matrices
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.model.model import Model
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 
 __all__ = ["modal_gyroscopic", "turning_modal_frf"]
 

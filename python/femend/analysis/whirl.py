@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.analysis.conservative import COINCIDE, groups
 from femend.analysis.turning import TurningSystem
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 
 __all__ = ["WhirlMeter"]
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from femend.bench.correlate import correlate
-from femend.bench.correlation_run import CorrelationRun
-from femend.bench.interruption import UpdateInterrupted
-from femend.bench.population import population
-from femend.bench.population_run import PopulationRun
-from femend.bench.pretest import pretest
-from femend.bench.pretest_run import PretestRun
-from femend.bench.update import update
-from femend.bench.update_run import UpdateRun
+from femend.bench.correlation.correlate import correlate
+from femend.bench.correlation.correlation_run import CorrelationRun
+from femend.bench.planning.pretest import pretest
+from femend.bench.planning.pretest_run import PretestRun
+from femend.bench.populations.population import population
+from femend.bench.populations.population_run import PopulationRun
+from femend.bench.updating.interruption import UpdateInterrupted
+from femend.bench.updating.update import update
+from femend.bench.updating.update_run import UpdateRun
 
 __all__ = [
     "CorrelationRun",

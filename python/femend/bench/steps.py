@@ -16,7 +16,7 @@ from femend.progress import Progress
 from femend.report.content import Marker, ReportContent
 from femend.report.mesh_view import static_picture, viewer_data
 from femend.report.runinfo import RunInfo
-from femend.study.picture import mesh_picture
+from femend.study.shown.picture import mesh_picture
 
 __all__ = ["Steps", "drawn_model", "finite", "marker", "write_csv", "write_json"]
 

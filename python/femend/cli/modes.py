@@ -93,8 +93,8 @@ def _solved(
     """Frequencies (n,), shapes (n_a, n) and what the solver says of them; fewer modes, which is told, where no more
     DOFs have a mass."""
     from femend import _core
-    from femend.model.finite_modes import finite_modes
-    from femend.model.unsolvable import told_of
+    from femend.model.reduced.finite_modes import finite_modes
+    from femend.model.reduced.unsolvable import told_of
 
     try:
         freq, phi, _, info = _core.modes(*matrices, n_modes=n_modes, f_max=f_max)
@@ -111,7 +111,7 @@ def _zero(model: Model, K: csc_array, freq: Any, phi: Any, least: int, n_modes: 
     """What is said of modes of 0 Hz, at `least` so many, among the `n_modes` asked for (None: all of a band), whose
     shapes are `phi` (n_a, n); empty where there are none."""
     from femend.model.free_body import FREE
-    from femend.model.rigid_motion import count_zero, zero_modes
+    from femend.model.reduced.rigid_motion import count_zero, zero_modes
 
     phi = (model.transformation() @ phi)[np.repeat(~model.is_scalar, 6)]
     n = max(least, count_zero(model, K, freq, phi))
@@ -130,7 +130,7 @@ def _zero(model: Model, K: csc_array, freq: Any, phi: Any, least: int, n_modes: 
 def _turning(model: Model, rpm: str, n_modes: int | None, f_max: float | None, spc: int | None) -> None:
     """The modes of a deck whose rotors turn."""
     from femend.cli.turning import speeds_of, turning_table
-    from femend.model.rotors import deck_rotors
+    from femend.model.terms.rotors import deck_rotors
 
     speeds = speeds_of(rpm)
     rotors = deck_rotors(model.deck)
@@ -142,11 +142,11 @@ def _turning(model: Model, rpm: str, n_modes: int | None, f_max: float | None, s
 
 def _doubts(deck: _core.Deck, units: str, spc: int | None) -> list[str]:
     """What is doubtful about the deck in these units and with this SPC set."""
-    from femend.model.material_units import material_doubts
-    from femend.model.negative import negative_values
-    from femend.model.no_area import zero_areas
-    from femend.model.unheeded import unheeded
-    from femend.model.unselected import unselected_supports
+    from femend.model.cards.material_units import material_doubts
+    from femend.model.cards.negative import negative_values
+    from femend.model.cards.no_area import zero_areas
+    from femend.model.cards.unheeded import unheeded
+    from femend.model.cards.unselected import unselected_supports
 
     free = unselected_supports(deck) if spc is None else ()
     values = [*negative_values(deck), *zero_areas(deck)]

@@ -13,7 +13,7 @@ from femend.report.text_table import table
 if TYPE_CHECKING:
     from femend.data.campbell import Campbell
     from femend.model.model import Model
-    from femend.model.rotors import Rotors
+    from femend.model.terms.rotors import Rotors
 
 __all__ = ["speeds_of", "turning_table"]
 

@@ -42,7 +42,7 @@ from femend.diagnose.updating.noise import louder, quieter_records
 from femend.diagnose.updating.update import UpdatedModel, update_model
 from femend.estimate import FitRecord
 from femend.model import Model, Place, find_places
-from femend.model.bed_places import bed_places
+from femend.model.beddings.bed_places import bed_places
 from femend.progress import Progress, SilentProgress
 from femend.threads import one_blas_thread
 

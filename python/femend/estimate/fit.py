@@ -16,7 +16,7 @@ from femend.estimate.lines import FitRecord, Lines, spectral_lines
 from femend.estimate.recorder import Recorder
 from femend.estimate.swept import pressed
 from femend.model import Place, ReducedModel
-from femend.model.form_errors import MODE_SD
+from femend.model.mesh.form_errors import MODE_SD
 from femend.threads import go_on
 
 __all__ = ["TUNED_ABOVE", "Fit", "Hypothesis", "Problem"]

@@ -10,7 +10,7 @@ import numpy as np
 from femend.estimate.cross_axis import STILL, crossed, less_than_moved, with_across
 from femend.estimate.lines import FitRecord
 from femend.model import ReducedModel
-from femend.model.form_errors import basis_modes
+from femend.model.mesh.form_errors import basis_modes
 
 __all__ = ["CROSSED", "without_crossed", "without_still"]
 

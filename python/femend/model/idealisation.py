@@ -6,12 +6,12 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array
 
 from femend.errors import DeckError
-from femend.model.bushes import bush_groups
-from femend.model.card_mass import mass_of_card
-from femend.model.linear_terms import LinearTerm, TermPart, end_masses
+from femend.model.cards.card_mass import mass_of_card
+from femend.model.cards.real_field import real
 from femend.model.model import Model
-from femend.model.real_field import real
-from femend.model.unknowns import Unknown
+from femend.model.terms.bushes import bush_groups
+from femend.model.terms.linear_terms import LinearTerm, TermPart, end_masses
+from femend.model.terms.unknowns import Unknown
 
 __all__ = ["idealisation_terms"]
 

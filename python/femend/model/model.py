@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.dof import Dof
 from femend.errors import GeometryError, ModelError, PairingError
-from femend.model.card_mass import mass_of_card
-from femend.model.morph import Morph
-from femend.model.moved import amplitudes_of, moved_nodes
-from femend.model.near_ids import near_ids
-from femend.model.node_fields import NodeFields, node_fields
+from femend.model.cards.card_mass import mass_of_card
+from femend.model.cards.near_ids import near_ids
+from femend.model.geometry.morph import Morph
+from femend.model.geometry.moved import amplitudes_of, moved_nodes
+from femend.model.geometry.node_fields import NodeFields, node_fields
 from femend.model.parameter import Parameter, check_parameters
 from femend.model.sensor_point import SensorPoint
 from femend.model.target_words import in_words

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from femend.data import Channel
 from femend.dof import Dof
 from femend.errors import PairingError
-from femend.model.near_ids import near_ids
+from femend.model.cards.near_ids import near_ids
 from femend.model.sensor_point import SensorPoint
 from femend.numerals import listed, plain
 

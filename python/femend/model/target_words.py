@@ -8,7 +8,7 @@ from pathlib import Path
 
 from femend import _core
 from femend.errors import ModelError
-from femend.model.near_ids import near_ids
+from femend.model.cards.near_ids import near_ids
 from femend.model.parameter import NOUNS, Parameter
 
 __all__ = ["in_words"]

@@ -13,8 +13,8 @@ from scipy.linalg import block_diag
 from femend.errors import PretestError
 from femend.estimate.updating import affine_matrices, modal_system
 from femend.model import Model
-from femend.model.linear_terms import LinearTerm
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.linear_terms import LinearTerm
+from femend.model.terms.unknowns import Unknown, Unknowns
 from femend.pretest.information import PlannedTest, planned_test
 
 __all__ = ["OWN_DAMPING", "JointTest", "Plan", "dashpot_test"]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from femend.errors import PretestError
 from femend.estimate.updating import AffineMatrices, DeckMatrices, affine_matrices
 from femend.model import Model
-from femend.model.linear_terms import LinearTerm
+from femend.model.terms.linear_terms import LinearTerm
 from femend.pretest.dashpots import Plan
 
 __all__ = ["Distinction", "candidate_matrices", "distinguish"]

@@ -13,8 +13,8 @@ from femend.dof import COMPONENTS, Dof
 from femend.errors import PretestError
 from femend.estimate.updating import affine_matrices, modal_system
 from femend.model import Model
-from femend.model.linear_terms import diagonal
-from femend.model.supports import held_rows
+from femend.model.terms.linear_terms import diagonal
+from femend.model.terms.supports import held_rows
 from femend.numerals import listed
 from femend.pretest.information import PlannedTest
 

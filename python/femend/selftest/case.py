@@ -14,7 +14,7 @@ from femend.data import TimeData
 from femend.errors import ConvergenceError
 from femend.io import functions_of, write_uff
 from femend.io.atomic import write_atomic
-from femend.model.places import Place, find_places
+from femend.model.places.places import Place, find_places
 from femend.selftest.effects import Effect, Here, Spot, Unsuitable, available, draw_effect
 from femend.selftest.integrate import ModalTruth, integrate
 from femend.selftest.laws import Law

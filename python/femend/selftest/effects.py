@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from femend.model import Model
-from femend.model.places import Place
+from femend.model.places.places import Place
 from femend.selftest import laws
 from femend.selftest.laws import Law
 from femend.selftest.truth import Drawn

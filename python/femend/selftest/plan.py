@@ -15,7 +15,7 @@ from femend.estimate.bands import used_band
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import fit_records, period_of
 from femend.model import Model, Pairing, affordable_refinement, read_model
-from femend.model.dashpots import damped_dofs
+from femend.model.reduced.dashpots import damped_dofs
 from femend.numerals import listed
 from femend.study import Study
 

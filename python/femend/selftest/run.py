@@ -20,7 +20,7 @@ from femend.selftest.found import Selftest
 from femend.selftest.plan import Plan, read_plan
 from femend.selftest.report import as_dict, as_html
 from femend.selftest.score import Outcome, judge
-from femend.study.load import load_study
+from femend.study.file.load import load_study
 
 __all__ = ["FORMAT", "run_selftest"]
 

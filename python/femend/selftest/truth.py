@@ -13,7 +13,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from femend.model import Model
-from femend.model.places import topology
+from femend.model.places.places import topology
 from femend.selftest.plan import Plan, Replay
 
 __all__ = ["Drawn", "Truth", "draw", "modes_of", "scattered"]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from femend.model import Model
-from femend.model.dashpots import still_dashpots
 from femend.model.parameter import Parameter
-from femend.model.place import AXES
+from femend.model.places.place import AXES
+from femend.model.reduced.dashpots import still_dashpots
 from femend.numerals import listed
 
 __all__ = ["at_dashpots", "damping_told"]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from femend.errors import DeckError, ModelError
 from femend.model import Model, Parameter
-from femend.model.dashpots import dashpot_owners, still_dashpots
-from femend.model.deck_fields import OWN_PROPERTIES
+from femend.model.cards.section_fields import bush_fields
 from femend.model.model import model_of
-from femend.model.section_fields import bush_fields
+from femend.model.patched.deck_fields import OWN_PROPERTIES
+from femend.model.reduced.dashpots import dashpot_owners, still_dashpots
 
 __all__ = ["with_free_dashpots"]
 

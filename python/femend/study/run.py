@@ -26,25 +26,25 @@ from femend.physics import Physics, selected
 from femend.progress import Progress, SilentProgress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
-from femend.study.content import report_content
-from femend.study.corrections import BEYOND, Corrections, corrections_of, left_out_unseen
 from femend.study.damping_told import at_dashpots, damping_told
-from femend.study.deck_told import deck_told
-from femend.study.explained import answered
+from femend.study.doubts.corrections import BEYOND, Corrections, corrections_of, left_out_unseen
+from femend.study.doubts.explained import answered
+from femend.study.doubts.plausible import Doubted, doubts_found
+from femend.study.doubts.priors import bounds_told
+from femend.study.doubts.sound import deck_doubts, warnings_of
+from femend.study.file.load import load_study
+from femend.study.file.study import Study
 from femend.study.free_dashpots import with_free_dashpots
-from femend.study.interruption import StudyInterrupted, nothing_settled
-from femend.study.load import load_study
-from femend.study.patch import deck_cards, deck_changes, on_new_supports
-from femend.study.plausible import Doubted, doubts_found
-from femend.study.predictions import predict_all, write_predictions
-from femend.study.priors import bounds_told
-from femend.study.result import result_of
-from femend.study.sound import deck_doubts, warnings_of
-from femend.study.staged_run import diagnose_staged, is_staged
-from femend.study.staged_study_run import StagedRun
+from femend.study.result.deck_told import deck_told
+from femend.study.result.interruption import StudyInterrupted, nothing_settled
+from femend.study.result.patch import deck_cards, deck_changes, on_new_supports
+from femend.study.result.predictions import predict_all, write_predictions
+from femend.study.result.result import result_of
+from femend.study.result.study_run import StudyRun
+from femend.study.shown.content import report_content
+from femend.study.staged.run import diagnose_staged, is_staged
+from femend.study.staged.study_run import StagedRun
 from femend.study.steps import Steps
-from femend.study.study import Study
-from femend.study.study_run import StudyRun
 from femend.study.time_limit import TimeLimit
 
 __all__ = ["diagnose"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femend.estimate import FitRecord, Problem, noise_floor
 from femend.model.free_body import RIGID
-from femend.model.reduction import ReducedModel
+from femend.model.reduced.reduction import ReducedModel
 from femend.numerals import plain
 
 __all__ = ["PERIODS", "too_little"]

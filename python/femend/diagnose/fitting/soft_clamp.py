@@ -22,8 +22,8 @@ from femend.diagnose.locating.split import Split
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.estimate.fit import TUNED_ABOVE
 from femend.model import Place, ReducedModel
-from femend.model.freed import own_stiffness, reactions
-from femend.model.place import AXES
+from femend.model.places.freed import own_stiffness, reactions
+from femend.model.places.place import AXES
 
 __all__ = ["SoftClamp", "soft_clamps"]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.diagnose.locating.region_stiffness import region_stiffness
 from femend.estimate import Hypothesis
 from femend.model import Place, ReducedModel
-from femend.model.freed import freed, with_springs
+from femend.model.places.freed import freed, with_springs
 
 __all__ = [
     "dressed",

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from femend.diagnose.locating.dressed import dressed
 from femend.estimate import Hypothesis
 from femend.model import Place, ReducedModel, reduce_model
-from femend.model.reduction import extend_model
-from femend.model.static_basis import LARGE
+from femend.model.reduced.reduction import extend_model
+from femend.model.reduced.static_basis import LARGE
 
 __all__ = ["Joint", "enlarged", "open_joint", "open_joints", "with_loads"]
 

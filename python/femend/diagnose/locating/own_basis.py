@@ -19,7 +19,7 @@ from femend.diagnose.locating.region_stiffness import elements_stiffness
 from femend.estimate import Problem
 from femend.estimate.fit import TUNED_ABOVE
 from femend.model import Place, ReducedModel
-from femend.model.form_errors import basis_modes
+from femend.model.mesh.form_errors import basis_modes
 
 __all__ = ["in_own_basis"]
 

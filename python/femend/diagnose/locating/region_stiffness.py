@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
 from femend.model import Model, Place, ReducedModel
-from femend.model.static_basis import LARGE
+from femend.model.reduced.static_basis import LARGE
 
 __all__ = ["elements_stiffness", "prepare_regions", "region_stiffness"]
 

@@ -32,8 +32,8 @@ from femend.diagnose.recordings.crossing import explains
 from femend.diagnose.updating.update import UpdatedModel
 from femend.estimate import Fit
 from femend.model import Place
-from femend.model.member_pairs import pairs_between_members
-from femend.model.places import topology
+from femend.model.places.member_pairs import pairs_between_members
+from femend.model.places.places import topology
 
 __all__ = ["with_pairs_between"]
 

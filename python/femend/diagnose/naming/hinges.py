@@ -16,7 +16,7 @@ from femend.diagnose.locating.dressed import hypothesis_of, without_own_unknowns
 from femend.diagnose.locating.locate import Located, squares_of
 from femend.diagnose.naming.judge import Given, Tried
 from femend.model import Place
-from femend.model.places import inner_joints
+from femend.model.places.places import inner_joints
 
 __all__ = ["inside"]
 

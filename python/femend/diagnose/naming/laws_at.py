@@ -22,7 +22,7 @@ from femend.diagnose.locating.split import Split
 from femend.diagnose.naming.judge import Given, Tried, beaten, free_reference, null_candidate
 from femend.diagnose.naming.ranked import score
 from femend.estimate import Fit
-from femend.model.places import mass_place
+from femend.model.places.places import mass_place
 
 __all__ = ["Opened", "each_once", "linear_at", "masses_from_afar", "member_at", "nonlinear_at", "on_springs"]
 

@@ -21,8 +21,8 @@ from femend.diagnose.naming.laws_at import linear_at
 from femend.diagnose.naming.ranked import Ranked
 from femend.estimate import Fit, Problem
 from femend.model import Place
-from femend.model.bed_extents import BedExtents
-from femend.model.bed_places import Beds
+from femend.model.beddings.bed_extents import BedExtents
+from femend.model.beddings.bed_places import Beds
 from femend.threads import at_once
 
 __all__ = ["with_other_ends"]

@@ -16,7 +16,7 @@ from femend.diagnose.settings import AT_NOISE, CLEARLY
 from femend.diagnose.updating.update import UpdatedModel, sensors_in_doubt
 from femend.estimate import Fit
 from femend.model import Place
-from femend.model.places import mass_place
+from femend.model.places.places import mass_place
 
 __all__ = ["as_sensors_are", "explains"]
 

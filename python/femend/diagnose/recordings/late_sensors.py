@@ -22,7 +22,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.updating.update import UpdatedModel
 from femend.estimate import Fit, FitRecord
 from femend.model import Place
-from femend.model.place import AXES
+from femend.model.places.place import AXES
 from femend.numerals import listed, plain
 
 __all__ = ["SensorTimes", "late_sensors"]

@@ -23,8 +23,8 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.several.moved import resized
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Model, Place, ReducedModel
-from femend.model.place import AXES
-from femend.model.places import mass_place
+from femend.model.places.place import AXES
+from femend.model.places.places import mass_place
 from femend.physics import Physics
 
 __all__ = ["MOST", "in_turn", "raced", "where_it_explains_more"]

@@ -8,8 +8,8 @@ from femend.diagnose.staged.nodes import on_the_line
 from femend.diagnose.staged.places import masses_and_springs, places_tried, untaken
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
-from femend.model.linear_terms import LinearTerm, compliant_support, spring_bending, weaker_element
-from femend.model.speed_terms import disc_at_node, member_over_speed, rotor_between, springs_over_speed
+from femend.model.terms.linear_terms import LinearTerm, compliant_support, spring_bending, weaker_element
+from femend.model.terms.speed_terms import disc_at_node, member_over_speed, rotor_between, springs_over_speed
 
 __all__ = ["rivals", "speed_rivals"]
 

@@ -32,9 +32,9 @@ from femend.estimate.joint import (
     unbalance_unknowns,
 )
 from femend.estimate.loads import credible_lines
-from femend.model.configured import ConfiguredModel
-from femend.model.linear_terms import LinearTerm
-from femend.model.unknowns import Unknowns
+from femend.model.terms.configured import ConfiguredModel
+from femend.model.terms.linear_terms import LinearTerm
+from femend.model.terms.unknowns import Unknowns
 
 __all__ = [
     "FEWEST_LINES",

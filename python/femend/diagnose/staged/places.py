@@ -12,9 +12,9 @@ from femend.diagnose.staged.nodes import with_elements
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.estimate.joint import Block, Posterior
-from femend.model.configured import ConfiguredModel, Part
-from femend.model.linear_terms import LinearTerm, point_mass, point_spring
-from femend.model.unknowns import Unknowns
+from femend.model.terms.configured import ConfiguredModel, Part
+from femend.model.terms.linear_terms import LinearTerm, point_mass, point_spring
+from femend.model.terms.unknowns import Unknowns
 
 __all__ = ["elsewhere", "masses_and_springs", "places_tried", "screened", "untaken"]
 

@@ -15,7 +15,7 @@ from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.estimate.frf import coherent_band, frf_lines_of, useful_band
 from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, run_of
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 from femend.numerals import plain
 from femend.signal import tacho_speed, to_quantity
 from femend.signal.suited import suited_frf

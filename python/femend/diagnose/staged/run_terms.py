@@ -13,7 +13,7 @@ from femend.diagnose.staged.places import elsewhere
 from femend.diagnose.staged.select import Round, select_terms
 from femend.diagnose.staged.setup import Setup
 from femend.estimate.joint import OdsFrf, Posterior, ods_frf, unbalance_unknowns
-from femend.model.linear_terms import LinearTerm
+from femend.model.terms.linear_terms import LinearTerm
 
 __all__ = ["terms_of_run"]
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from femend.diagnose.staged.places import screened
 from femend.diagnose.staged.setup import Setup, carried
 from femend.estimate.joint import Block, ModesBlock, Posterior, maximise
-from femend.model.configured import ConfiguredModel
-from femend.model.linear_terms import LinearTerm
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.configured import ConfiguredModel
+from femend.model.terms.linear_terms import LinearTerm
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 __all__ = ["NOT_TOLD", "Rival", "Round", "fit_terms", "select_terms"]
 

@@ -12,14 +12,14 @@ from femend.diagnose.staged.settings import StagedSettings
 from femend.dof import Dof
 from femend.estimate.joint import Posterior
 from femend.model import Model, Pairing
-from femend.model.bushes import BushGroup, bush_groups
-from femend.model.configured import ALPHA, BETA, ConfiguredModel, configure
 from femend.model.idealisation import idealisation_terms
-from femend.model.linear_terms import LinearTerm
 from femend.model.model import model_of
-from femend.model.spinning import SpinningPart
-from femend.model.supports import SupportRegion, held_rows, support_regions
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.bushes import BushGroup, bush_groups
+from femend.model.terms.configured import ALPHA, BETA, ConfiguredModel, configure
+from femend.model.terms.linear_terms import LinearTerm
+from femend.model.terms.spinning import SpinningPart
+from femend.model.terms.supports import SupportRegion, held_rows, support_regions
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 __all__ = ["ConfigurationSpec", "Setup", "carried", "setup_of"]
 

@@ -15,7 +15,7 @@ from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import LoadError
 from femend.estimate.joint import DELAY, ForceLaw, compare_force_laws
-from femend.model.linear_terms import LinearTerm
+from femend.model.terms.linear_terms import LinearTerm
 from femend.numerals import plain
 
 __all__ = ["at_its_node", "axis_doubt", "shape_likeness", "shaft_nodes", "with_shaft"]

@@ -25,8 +25,8 @@ from femend.dof import Dof
 from femend.estimate.joint import FrfBlock, Posterior
 from femend.modal import identify_modes
 from femend.modal.output_only import identify_output_only
-from femend.model.configured import ConfiguredModel
-from femend.model.linear_terms import LinearTerm
+from femend.model.terms.configured import ConfiguredModel
+from femend.model.terms.linear_terms import LinearTerm
 
 __all__ = ["Flow", "Stage", "StagedData", "run_stages", "runs_at_their_nodes", "staged_data"]
 

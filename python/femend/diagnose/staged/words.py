@@ -12,7 +12,7 @@ from femend.diagnose.staged.select import Round
 from femend.diagnose.staged.setup import Setup
 from femend.dof import COMPONENTS
 from femend.estimate.joint import Posterior
-from femend.model.linear_terms import LinearTerm
+from femend.model.terms.linear_terms import LinearTerm
 from femend.numerals import plain
 
 if TYPE_CHECKING:

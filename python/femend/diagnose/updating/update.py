@@ -33,10 +33,10 @@ from femend.estimate import (
 from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
-from femend.model.form_errors import MODE_SD
 from femend.model.known_mesh import Unresolved
-from femend.model.resolution import unresolved
-from femend.model.unsolvable import no_solution
+from femend.model.mesh.form_errors import MODE_SD
+from femend.model.mesh.resolution import unresolved
+from femend.model.reduced.unsolvable import no_solution
 from femend.threads import one_blas_thread
 
 __all__ = [

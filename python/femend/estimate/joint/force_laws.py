@@ -13,7 +13,7 @@ from femend.estimate.joint.receptance import receptance
 from femend.estimate.joint.rotor import Unbalance
 from femend.estimate.loads.compare import line_evidence
 from femend.estimate.loads.regularise import regularised_lines
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 from femend.numerals import plain
 
 __all__ = ["ForceLaw", "ForceLaws", "compare_force_laws"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.estimate.joint.linearised import Linearised
 from femend.estimate.joint.receptance import receptance
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 
 __all__ = ["FrfBlock"]
 

@@ -12,7 +12,7 @@ from femend.data.bands import within_band
 from femend.estimate.joint.receptance import receptance
 from femend.estimate.joint.rotor import Run, Unbalance
 from femend.estimate.loads.regularise import regularised_lines
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 
 __all__ = ["LineForces", "OdsFrf", "line_forces", "ods_frf"]
 

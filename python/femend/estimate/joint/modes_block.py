@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from femend.errors import RecordingError
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 from femend.numerals import plain
 
 __all__ = ["ModesBlock", "modal_assurance"]

@@ -11,7 +11,7 @@ from femend.estimate.joint.line_forces import OdsFrf
 from femend.estimate.joint.linearised import Linearised
 from femend.estimate.joint.receptance import receptance
 from femend.estimate.joint.rotor import DELAY, Unbalance
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 
 __all__ = ["OdsBlock"]
 

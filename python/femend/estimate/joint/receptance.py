@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 
 __all__ = ["Receptance", "receptance"]
 

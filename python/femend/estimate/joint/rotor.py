@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import Speed
-from femend.model.unknowns import Unknown
+from femend.model.terms.unknowns import Unknown
 
 __all__ = ["DELAY", "Run", "Unbalance", "run_of", "unbalance_unknowns"]
 

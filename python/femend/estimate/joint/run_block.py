@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.estimate.joint.receptance import receptance
 from femend.estimate.joint.rotor import DELAY, Run, Unbalance
 from femend.estimate.joint.turning import turning_motion
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 
 __all__ = ["RunBlock", "simulate_run"]
 

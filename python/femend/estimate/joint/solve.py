@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.model.unknowns import Unknowns
+from femend.model.terms.unknowns import Unknowns
 
 __all__ = ["Block", "Posterior", "maximise"]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from femend.estimate.joint.receptance import Receptance
 from femend.estimate.joint.rotor import Run
-from femend.model.configured import ConfiguredModel
+from femend.model.terms.configured import ConfiguredModel
 
 __all__ = ["turning_motion"]
 

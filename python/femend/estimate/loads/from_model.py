@@ -14,10 +14,10 @@ from femend.dof import Dof, parse_direction
 from femend.errors import LoadError, ModelError
 from femend.estimate.loads.unit_responses import UnitResponses
 from femend.model import Model, Pairing, reduce_model
-from femend.model.configured import ConfiguredModel
 from femend.model.model import model_of
-from femend.model.pressure import PressurePatterns
-from femend.model.supports import held_rows
+from femend.model.surfaces.pressure import PressurePatterns
+from femend.model.terms.configured import ConfiguredModel
+from femend.model.terms.supports import held_rows
 from femend.units import unit_system
 
 __all__ = ["ModelSide", "configured_responses", "model_side"]

@@ -32,8 +32,8 @@ from femend.estimate.updating.tikhonov import Regularised, tikhonov
 from femend.estimate.updating.unknown import amplitude, factor, factors_of, limits, smooth, spans, unknowns_of
 from femend.estimate.updating.update import update
 from femend.estimate.updating.whirl_responses import WhirlFrequencies
-from femend.model.linear_terms import SpeedPower
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.linear_terms import SpeedPower
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 __all__ = [
     "AffineMatrices",

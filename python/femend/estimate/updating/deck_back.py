@@ -15,9 +15,9 @@ from femend.errors import UpdatingError
 from femend.io.atomic import write_atomic
 from femend.io.deck import patch_deck
 from femend.model import Model
-from femend.model.deck_changes import deck_changes, kept_told, unwritten
-from femend.model.grid_changes import grid_changes
-from femend.model.read_back import deck_faults
+from femend.model.patched.deck_changes import deck_changes, kept_told, unwritten
+from femend.model.patched.grid_changes import grid_changes
+from femend.model.patched.read_back import deck_faults
 
 __all__ = ["UpdatedDeck", "updated_deck"]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.errors import UpdatingError
 from femend.estimate.updating.unknown import limits
-from femend.model.unknowns import Unknowns
+from femend.model.terms.unknowns import Unknowns
 
 __all__ = ["design", "prior_quantiles"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from femend.errors import UpdatingError
 from femend.model import Model
-from femend.model.spinning import SpinningPart, gyroscopic
+from femend.model.terms.spinning import SpinningPart, gyroscopic
 
 __all__ = ["check_parts"]
 

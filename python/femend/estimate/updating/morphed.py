@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.errors import UpdatingError
 from femend.model import Model
-from femend.model.moved import moved_nodes
+from femend.model.geometry.moved import moved_nodes
 
 __all__ = ["MorphedMatrices"]
 
@@ -24,8 +24,9 @@ class MorphedMatrices:
     """K and M (and C and H for FRFs) of `model` with its parameters and morphs.
 
     Derivatives with respect to a factor are exact; those with respect to an amplitude are central differences of the
-    elements that moving nodes changes, with a relative error of some 1e-9 (`femend.model.node_fields.STEP`); each takes
-    the geometry at two further points. Raises GeometryError where an element has no shape.
+    elements that moving nodes changes, with a relative error of some 1e-9 (`STEP` in
+    `femend.model.geometry.node_fields`); each takes the geometry at two further points. Raises GeometryError where an
+    element has no shape.
     """
 
     model: Model

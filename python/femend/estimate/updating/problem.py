@@ -18,7 +18,7 @@ from femend.estimate.updating.close_modes import reach
 from femend.estimate.updating.responses import Compared, Mates, Response
 from femend.estimate.updating.state import State, System
 from femend.estimate.updating.unknown import limits
-from femend.model.unknowns import Unknowns
+from femend.model.terms.unknowns import Unknowns
 
 __all__ = ["Configuration", "Evaluation", "Link", "ModeTest", "Problem"]
 

@@ -15,7 +15,7 @@ from femend.estimate.updating.history import Iteration
 from femend.estimate.updating.lost_modes import CONTRADICTED, Flags, out_of
 from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.unknown import LEAST_FACTOR, limits
-from femend.model.unknowns import covariance_of
+from femend.model.terms.unknowns import covariance_of
 from femend.numerals import plain
 
 __all__ = ["ModeRow", "ParameterRow", "Status", "UpdateResult"]

@@ -21,7 +21,7 @@ from femend.estimate.updating.turning_frf import turning_frf, turning_frf_slopes
 from femend.estimate.updating.turning_matrices import Change, TurningMatrices
 from femend.estimate.updating.whirl_poles import PolesAt, pole_slopes, poles_at
 from femend.model import Model
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 
 __all__ = ["RotorSystem", "rotor_system"]
 

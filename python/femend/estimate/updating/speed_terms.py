@@ -14,7 +14,7 @@ from femend.dof import Dof
 from femend.errors import UpdatingError
 from femend.estimate.updating.order_responses import across
 from femend.model import Model
-from femend.model.linear_terms import SpeedPower, g_matrix
+from femend.model.terms.linear_terms import SpeedPower, g_matrix
 
 __all__ = ["Course", "SpeedCurve", "SpeedTerm", "bearing_term", "disc_term"]
 
@@ -94,9 +94,9 @@ class SpeedTerm:
     stiffness or, as `kind` says, to the viscous damping of a system of n rows.
 
     The matrix need not be symmetric: cross-coupled bearings and gyroscopic moments are not. The parameter is 1 where it
-    is no unknown; terms of one name share it. `course` is a power of the speed (`femend.model.linear_terms.SpeedPower`)
-    or a `SpeedCurve`; without one the term is the same at all speeds. Raises UpdatingError for another kind, and a
-    matrix that is not square or holds what is no number.
+    is no unknown; terms of one name share it. `course` is a power of the speed (`SpeedPower` in
+    `femend.model.terms.linear_terms`) or a `SpeedCurve`; without one the term is the same at all speeds.
+    Raises UpdatingError for another kind, and a matrix that is not square or holds what is no number.
     """
 
     name: str

@@ -15,8 +15,8 @@ from femend.estimate.updating.damped import damping_of, damping_slopes_of
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
 from femend.estimate.updating.requests import DAMPING
 from femend.estimate.updating.speed_terms import SpeedTerm
-from femend.model.one_pattern import on_one_pattern
-from femend.model.spinning import SpinningPart, gyroscopic, gyroscopic_slopes
+from femend.model.reduced.one_pattern import on_one_pattern
+from femend.model.terms.spinning import SpinningPart, gyroscopic, gyroscopic_slopes
 
 __all__ = ["Change", "Turned", "TurningMatrices"]
 

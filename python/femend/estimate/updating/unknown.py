@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend.errors import UpdatingError
 from femend.model import Model, Morph, Parameter
-from femend.model.unknowns import Unknown, Unknowns
+from femend.model.terms.unknowns import Unknown, Unknowns
 
 __all__ = ["LEAST_FACTOR", "amplitude", "factor", "factors_of", "limits", "smooth", "spans", "unknowns_of"]
 

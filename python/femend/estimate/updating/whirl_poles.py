@@ -16,7 +16,7 @@ from femend.dof import Dof
 from femend.errors import ConvergenceError
 from femend.estimate.updating.turning_matrices import Change, Turned
 from femend.model import Model
-from femend.model.spinning import SpinningPart
+from femend.model.terms.spinning import SpinningPart
 
 __all__ = ["PolesAt", "pole_slopes", "poles_at"]
 

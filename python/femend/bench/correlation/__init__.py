@@ -1,0 +1,1 @@
+"""`femend correlate`: a deck as it stands against its test."""

@@ -1,0 +1,1 @@
+"""`femend pretest`: a test planned on the model of a study."""

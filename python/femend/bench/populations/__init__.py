@@ -1,0 +1,1 @@
+"""`femend population`: mean and scatter over nominally equal structures."""

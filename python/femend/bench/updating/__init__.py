@@ -1,0 +1,1 @@
+"""`femend update`: the parameters of a study updated on its test."""

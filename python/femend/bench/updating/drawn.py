@@ -1,0 +1,110 @@
+"""The posterior of an update by draws, beside the bell that a search ends with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.estimate.updating import Posterior, Problem, Reduction, UpdateResult, sample
+from femend.study.file.bench_settings import UpdatingSettings
+
+__all__ = ["Drawn", "draw_posterior_of"]
+
+FloatArray = NDArray[np.float64]
+
+QUANTILES = (0.025, 0.5, 0.975)
+# draws tell another story than Laplace's bell where a mean is off by more of its deviations, or a deviation by more
+# than this factor; both are several times what 500 draws scatter by
+SHIFTED, WIDER = 0.5, 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Draws from the posterior, beside the update `found`; `small` is the reduction they were made in (None: the models
+    as they are)."""
+
+    posterior: Posterior
+    found: UpdateResult
+    small: Reduction | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return self.posterior.problem.unknowns.names
+
+    @property
+    def values(self) -> FloatArray:
+        """Values (n_draws, n_unknowns)."""
+        return self.posterior.values
+
+    def shift(self) -> FloatArray:
+        """Mean of the draws from the estimate (n_unknowns,), in Laplace's deviations of p."""
+        return np.asarray((self.posterior.mean - self.found.p) / self._laplace_sd())
+
+    def ratio(self) -> FloatArray:
+        """Deviation of the draws over Laplace's (n_unknowns,)."""
+        return np.asarray(np.sqrt(np.diag(self.posterior.covariance)) / self._laplace_sd())
+
+    def _laplace_sd(self) -> FloatArray:
+        return np.sqrt(np.diag(self.found.covariance))
+
+    def unlike(self) -> list[str]:
+        """Unknowns whose draws Laplace's bell does not describe."""
+        off = (np.abs(self.shift()) > SHIFTED) | (self.ratio() > WIDER) | (self.ratio() < 1 / WIDER)
+        return [n for n, bad in zip(self.names, off, strict=True) if bad]
+
+    def as_dict(self) -> dict[str, Any]:
+        """What updating.json holds of them."""
+        values, shift, ratio = self.values, self.shift(), self.ratio()
+        quantiles = self.posterior.quantiles(QUANTILES)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            correlation = np.atleast_2d(np.corrcoef(values.T))
+        return {
+            "draws": len(values),
+            "models_solved": self.posterior.n_solved,
+            "reduced_model_error": None if self.small is None else self.small.error,
+            "log_evidence": self.posterior.log_evidence,
+            "log_evidence_se": self.posterior.log_evidence_se,
+            "temperatures": list(self.posterior.temperatures),
+            "acceptance": list(self.posterior.acceptance),
+            "parameters": {
+                name: {
+                    "mean": float(values[:, i].mean()),
+                    "sd": float(values[:, i].std(ddof=1)),
+                    "quantiles": dict(zip(("2.5 %", "50 %", "97.5 %"), quantiles[name], strict=True)),
+                    "shift_from_laplace": float(shift[i]),
+                    "sd_over_laplace": float(ratio[i]),
+                }
+                for i, name in enumerate(self.names)
+            },
+            "correlation": correlation.tolist(),
+            "unlike_laplace": self.unlike(),
+        }
+
+    def advice(self) -> list[str]:
+        """What the moves of the draws, and their difference from Laplace's bell, ask for."""
+        said = [f"draws: {self.posterior.advice} ([updating] draws)"] if self.posterior.advice else []
+        if self.unlike():
+            said.append(
+                f"the posterior of {', '.join(self.unlike())} is not the bell that its deviation tells of: use the "
+                "quantiles of the draws"
+            )
+        return said
+
+
+def draw_posterior_of(
+    found: UpdateResult, settings: UpdatingSettings, small: Reduction | None, told: Callable[[], None] | None = None
+) -> Drawn:
+    """Draws `settings.draws` times from the posterior of the problem of `found`, in reduced models where `small` has
+    them, without the modes that its search let go.
+
+    `told` is called after every temperature. Raises UpdatingError as `sample` does.
+    """
+    problem: Problem = found.problem if small is None else small.problem
+    return Drawn(
+        sample(problem, settings.draws, seed=settings.seed, counting=found.counting(), told=told), found, small
+    )

@@ -1,0 +1,1 @@
+"""Nodes elsewhere: morphs, and a model moved along them."""

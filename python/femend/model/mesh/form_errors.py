@@ -1,0 +1,434 @@
+"""What no deck knows: members and masses are each a little off, whatever their group's factor says, and so is the mesh.
+
+A group's factor moves all its members together; in the structure each differs by its tolerances, its welds and its
+mesh. Left out, such scatter looks like a small mass or a weak spring somewhere. The scatter of all units together is a
+Gaussian field; of it only the few combinations that change the modes of the band matter, and each becomes one unknown.
+
+Elements that interpolate linearly make modes too stiff, by the square of their size over the wavelength. That is no
+scatter, it grows steadily with frequency, and so it is one unknown of its own: bending waves shorten with the square
+root of frequency, so that the error of a frequency grows in proportion to it. Where the mesh was refined (`mesh_error`)
+that is known mode by mode, and little is left of it. What beams leave out of their own waves is known too
+(`beam_errors`), and taken off the stiffness of the modes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+
+from femend.model.free_body import is_elastic
+from femend.model.mesh.refined import QUADRATIC, is_linear, only_shells
+from femend.model.model import Model
+from femend.model.places.places import topology
+from femend.model.reduced.beam_waves import beam_errors
+from femend.model.reduced.reduction import MODES_ABOVE, ReducedModel, Term
+from femend.model.reduced.static_basis import LARGE
+from femend.model.terms.supports import connected
+
+__all__ = ["MESH_SD", "MODE_SD", "FormErrors", "basis_modes", "form_errors"]
+
+FloatArray = NDArray[np.float64]
+
+# relative standard deviations: stiffness and mass of a member or patch, a lumped mass
+STIFFNESS_SD, MASS_SD, LUMP_SD = 0.01, 0.005, 0.02
+# the same of the stiffness of shells and solids at a support: stresses are singular at a clamp, and the last half per
+# cent of a frequency lies there however fine the mesh (quadratic bricks, 16 or 32 to a clamped bar, differ by as much)
+SUPPORT_SD = 0.05
+# supports beyond this number are idealisations of the deck (a plane model, a symmetry)
+MAX_SUPPORTS = 60
+# a lump given as a point has this radius of gyration, as a share of the model's diagonal
+GYRATION = 0.025
+# patches along the longest side of the elements of one property that are no beams
+PATCHES = 4
+# at most so many combinations, and none with less than this share of the strongest one's effect
+MOST, WORTH = 30, 0.005
+# units beyond this number have only their strongest combinations computed, and their matrices in the basis are held in
+# so many bytes at once
+MANY, AT_ONCE = 500, 1e8
+# neighbouring modes are taken to be at least this share of their frequency squared apart
+APART = 0.1
+# relative standard deviation of the stiffness error of the mesh at the top of the band, of elements with straight edges
+# and nodes at their corners alone: ten of them a wavelength make a frequency some 2 % too high
+MESH_SD = 0.025
+# relative standard deviation by which each mode's frequency is off by itself, for reasons no physical parameter has
+# (mesh, formulation), and in solids of straight edges and nodes
+# at their corners alone: bending about either axis, torsion and stretching each have a mesh error of their own (0.4 to
+# 1.5 % beside what grows with frequency, on generated cases without any other error)
+MODE_SD, SOLID_MODE_SD = 0.005, 0.012
+# the same of a mode of a refined mesh, as a share of what refining changed, and beside that: what formulations differ
+# in, and the singular stresses at clamps and points that no mesh reaches
+REFINED_SHARE, REFINED_MODE_SD = 0.25, 0.003
+# the same beside that of solids that were not halved: by so much quadratic bricks of the deck's size are too stiff
+# where they are long and clamped, on generated cases
+QUADRATIC_MODE_SD = 0.008
+# what is left of an error of second order in the size of elements once they are halved
+HALVED = 0.25
+# share of a mode's mass that one standard deviation of all combinations may take away: three of them leave some
+LEAVES = 1 / 3
+# largest relative error of a mode's frequency that is taken for known: its estimate is of first order
+KNOWN = 0.1
+# part of a mode in other vectors of a basis that begins with it which is rounding
+ROUNDING = 1e-6
+# share of MODE_SD from which it is worth taking off
+COUNTS = 0.05
+# frequencies that agree to this are of the same mode of the same model
+SAME = 1e-4
+# a combination is multiplied by exp(p), p with this standard deviation: close to linear over several of them
+SD = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class _Unit:
+    """Elements that are off together: one standard deviation of their stiffness and mass (m, m) on the rows (m,) of the
+    g-set that they touch, and of their stiffness relative to itself (`sd`); `turns` where a lump was given an inertia
+    that the deck has not."""
+
+    elements: tuple[int, ...]
+    rows: NDArray[np.int64]
+    stiffness: csr_array
+    mass: csr_array
+    sd: float
+    turns: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class FormErrors:
+    """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each; `mesh` is
+    the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of;
+    `mode_sd` is by how much (relative) each mode's frequency may be off by itself, `first_sds` the same of the first
+    modes where it is known better; `mesh_sd` is the mesh's standard deviation. `beams` are frequencies (Hz) with the
+    relative error that beams make in a mode of that frequency. Units and beams act on the modes up to `top` (Hz) alone:
+    what else a basis holds are no shapes of their own, but may have so little mass that a few standard
+    deviations of an error would take away all of it."""
+
+    units: tuple[_Unit, ...]
+    weights: FloatArray
+    mesh: float = 0.0
+    mode_sd: float = MODE_SD
+    first_sds: tuple[float, ...] = ()
+    mesh_sd: float = MESH_SD
+    top: float = np.inf
+    beams: tuple[tuple[float, float], ...] = ()
+
+    def mode_sds(self, n: int) -> FloatArray:
+        """Relative standard deviation by which each of the first n modes' frequencies may be off by itself (n,)."""
+        return np.array([*self.first_sds[:n], *[self.mode_sd] * (n - len(self.first_sds))])
+
+    def on(self, reduced: ReducedModel, within: ReducedModel | None = None) -> ReducedModel:
+        """The reduced model with one more unknown, of prior mean zero, for every combination and for the mesh, and
+        without what its beams are known to add to its frequencies.
+
+        `within` is a model with these errors whose basis is the first part of this one: what they do to the modes up to
+        `top`, which it holds, is the same in both, and is not worked out again.
+        """
+        reduced = self._without_beams(reduced)
+        parts = self._parts(reduced, within)
+        if not parts:
+            return reduced
+        first = len(reduced.names)
+        K_fixed, M_fixed = reduced.K_fixed.copy(), reduced.M_fixed.copy()
+        terms = list(reduced.terms)
+        for i, (dK, dM) in enumerate(parts):
+            K_fixed -= dK / SD
+            M_fixed -= dM / SD
+            terms.append(Term(((first + i, 1.0),), dK / SD, dM / SD))
+        names = tuple(f"form {i + 1}" for i in range(len(parts)))
+        return replace(
+            reduced,
+            K_fixed=K_fixed,
+            M_fixed=M_fixed,
+            terms=tuple(terms),
+            names=(*reduced.names, *names),
+            prior_sd=np.concatenate([reduced.prior_sd, np.full(len(names), SD)]),
+            form=self,
+        )
+
+    def cut(self, reduced: ReducedModel, element: int, K: FloatArray) -> ReducedModel:
+        """The reduced model with these errors where a cut of `element` takes away K (r, r) at the deck's values: the
+        cut takes as much less as the element is less stiff, or the model would have negative stiffness."""
+        share = self.weights @ np.array([u.sd if element in u.elements else 0.0 for u in self.units])
+        if not share.any():
+            return reduced
+        first = reduced.names.index("form 1")
+        parts = [(i, (s / SD) * K) for i, s in enumerate(share) if s != 0]
+        return replace(
+            reduced,
+            K_fixed=reduced.K_fixed + np.sum([part for _, part in parts], axis=0),
+            terms=(*reduced.terms, *(Term(((first + i, 1.0),), -part) for i, part in parts)),
+        )
+
+    def _without_beams(self, reduced: ReducedModel) -> ReducedModel:
+        if not self.beams or reduced.beams is not None:
+            return reduced
+        omega, Q = basis_modes(reduced)
+        freq, errors = np.array(self.beams).T
+        error = np.zeros(len(omega))
+        for i in np.flatnonzero(omega <= 2 * np.pi * self.top):
+            same = np.abs(omega[i] / (2 * np.pi * freq) - 1)
+            error[i] = errors[np.argmin(same)] if same.min() < SAME else 0.0
+        shapes = reduced.as_drawn()[1] @ Q
+        return reduced.without((shapes * (omega**2 * (1 - (1 + error) ** -2))) @ shapes.T)
+
+    def _parts(self, reduced: ReducedModel, within: ReducedModel | None) -> list[tuple[FloatArray, FloatArray]]:
+        """Changes of K and M (r, r) by one standard deviation of every unknown; `within` as of `on`."""
+        parts: list[tuple[FloatArray, FloatArray]] = []
+        if within is not None:
+            parts += _widened(within, len(self.weights), reduced.r)
+        elif len(self.weights):
+            parts += _among_modes(reduced, self.top, _combined(reduced, self.units, self.weights))
+        if self.mesh > 0:
+            dK = _mesh_stiffness(reduced, self.mesh, self.mesh_sd)
+            parts.append((dK, np.zeros_like(dK)))
+        return parts
+
+
+def form_errors(reduced: ReducedModel, f_max: float, *, mesh_as_built: bool = False) -> FormErrors:
+    """The combinations of member and mass errors that change modes up to `f_max` (Hz) most, and what beams are known to
+    leave out, but for structures that are `mesh_as_built`: recordings simulated with the deck."""
+    units, mesh = _units(reduced.model), f_max if _linear(reduced.model) else 0.0
+    mode_sd = SOLID_MODE_SD if _linear(reduced.model.as_drawn) & set(QUADRATIC) else MODE_SD
+    first_sds = _refined_sds(reduced, mode_sd)
+    mesh_sd = MESH_SD if reduced.model.mesh_error is None else HALVED * MESH_SD
+    top = MODES_ABOVE * f_max
+    omega, Q = basis_modes(reduced)
+    beams = () if mesh_as_built else _known(reduced, omega, Q, top)
+    if not units:
+        return FormErrors((), np.zeros((0, 0)), mesh, mode_sd, first_sds, mesh_sd, top, beams)
+    n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
+    first = is_elastic(omega)
+    own = np.flatnonzero(first[:n_band])
+    square = omega[own, None] ** 2
+    gap = np.maximum(np.abs(omega[None, :] ** 2 - square), APART * square)
+    V = reduced.V @ Q
+    effects = np.zeros((len(units), len(own) * reduced.r))
+    for effect, unit in zip(effects, units, strict=True):
+        at = V[unit.rows]
+        effect[:] = ((at[:, own].T @ (unit.stiffness @ at) - square * (at[:, own].T @ (unit.mass @ at))) / gap).ravel()
+    U, s = _strongest(effects)
+    # supports are off by more than the rest, which is no less worth having for that
+    usual = np.array([unit.sd != SUPPORT_SD for unit in units])
+    strongest = _largest(effects[usual] if usual.any() else effects)
+    kept = int(min(MOST, (s > WORTH * strongest).sum())) if strongest > 0 else 0
+    weights = U[:, :kept].T.copy()
+    top = _heavy_enough(units, weights, omega, V, n_band, top)
+    return FormErrors(units, weights, mesh, mode_sd, first_sds, mesh_sd, top, beams)
+
+
+def _heavy_enough(
+    units: Sequence[_Unit], weights: FloatArray, omega: FloatArray, V: FloatArray, n_band: int, top: float
+) -> float:
+    """The frequency (Hz), at most `top`, up to which modes `omega` (r,), `V` (n_g, r) keep a mass whatever lumps turn
+    with it: nodes of slender members turn in local modes with so little that a lump's own inertia, a guess, is a
+    hundred times as much. Modes of the band, the first `n_band`, always count."""
+    turning = [i for i, unit in enumerate(units) if unit.turns]
+    n = int((omega <= 2 * np.pi * top).sum())
+    if not turning or not len(weights) or n <= n_band:
+        return top
+    parts = np.array([V[u.rows, :n].T @ (u.mass @ V[u.rows, :n]) for u in (units[i] for i in turning)])
+    squares = sum(A @ A for A in np.tensordot(weights[:, turning], parts, 1))
+    while n > n_band and np.linalg.eigvalsh(squares[:n, :n])[-1] > LEAVES**2:
+        n -= 1
+    return top if n == int((omega <= 2 * np.pi * top).sum()) else float(0.5 * (omega[n - 1] + omega[n]) / (2 * np.pi))
+
+
+def _known(reduced: ReducedModel, omega: FloatArray, Q: FloatArray, top: float) -> tuple[tuple[float, float], ...]:
+    """`FormErrors.beams` of the elastic modes `omega` (r,), `Q` (r, r) up to `top` (Hz); nothing where none counts."""
+    own = np.flatnonzero(is_elastic(omega) & (omega <= 2 * np.pi * top))
+    error = np.zeros(len(own))
+    for _, part, _ in beam_errors(reduced.model, reduced.V, Q[:, own], omega[own]):
+        error += part
+    if not (np.abs(error) > COUNTS * MODE_SD).any():
+        return ()
+    known = np.clip(error, -KNOWN, KNOWN)
+    return tuple((float(w / (2 * np.pi)), float(e)) for w, e in zip(omega[own], known, strict=True))
+
+
+def _strongest(effects: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Left singular vectors and singular values of effects (n_units, n): all of few units, the `MOST` largest of many,
+    for which a whole decomposition would take longer than everything else."""
+    if len(effects) <= MANY:
+        U, s, _ = np.linalg.svd(effects, full_matrices=False)
+        return U, s
+    from scipy.sparse.linalg import svds
+
+    U, s, _ = svds(effects, MOST, v0=np.ones(min(effects.shape)))
+    order = np.argsort(-s)
+    return np.asarray(U[:, order]), np.asarray(s[order])
+
+
+def _largest(A: FloatArray) -> float:
+    """Largest singular value of A (m, n), near enough for a threshold, by power iteration."""
+    v = A.T @ (A @ np.ones(A.shape[1]))
+    for _ in range(10):
+        v = A.T @ (A @ (v / max(float(np.linalg.norm(v)), 1e-300)))
+    return float(np.sqrt(np.linalg.norm(v)))
+
+
+def _linear(model: Model) -> set[str]:
+    """Cards of the model's shells and solids that interpolate linearly."""
+    return {card for _, card, nodes in model.fe.elements() if is_linear(card, len(nodes))}
+
+
+def _refined_sds(reduced: ReducedModel, mode_sd: float) -> tuple[float, ...]:
+    """`FormErrors.first_sds` of a refined model: of the modes whose error in the deck's mesh is known; `mode_sd` of the
+    others. Nothing of a model that is not refined, nor of one of beams, whose error was no part of `mode_sd`."""
+    error = reduced.model.mesh_error
+    if error is None or not _linear(reduced.model.as_drawn):
+        return ()
+    beside = REFINED_MODE_SD if error.halved or only_shells(reduced.model.as_drawn) else QUADRATIC_MODE_SD
+    sds = []
+    for f in reduced.freq[reduced.freq <= np.nanmax(error.refined) * (1 + SAME)]:
+        own = error.error[np.abs(error.refined / max(f, 1e-300) - 1) < SAME]
+        own = own[np.isfinite(own)]
+        sds.append(float(np.hypot(REFINED_SHARE * own[0], beside)) if own.size else mode_sd)
+    return tuple(sds)
+
+
+def _mesh_stiffness(reduced: ReducedModel, f_top: float, sd: float) -> FloatArray:
+    """Change of K (r, r) that raises each frequency in proportion to itself, by `sd` at `f_top` (Hz) and above."""
+    omega, Q = basis_modes(reduced)
+    growth = 2 * sd * np.minimum(omega / (2 * np.pi * f_top), 1.0)
+    shapes = reduced.as_drawn()[1] @ Q
+    return np.asarray((shapes * (growth * omega**2)) @ shapes.T)
+
+
+def basis_modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
+    """Circular frequencies (r,) and mass-normalised shapes (r, r) in the basis at the deck's values."""
+    from scipy.linalg import eigh
+
+    values, Q = eigh(*reduced.as_drawn())
+    return np.sqrt(np.maximum(values, 0.0)), Q
+
+
+def _units(model: Model) -> tuple[_Unit, ...]:
+    """Members, patches of other elements, and lumps."""
+    top = topology(model)
+    ones = np.ones(len(model.parameters))
+    members = [*(tuple(chain) for _, _, chain in top.members), *((eid,) for eid in top.rods)]
+    groups = [(chain, STIFFNESS_SD, MASS_SD, 0.0) for chain in members]
+    diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
+    others: dict[int, list[int]] = {}
+    sections = {eid: pid for eid, _, pid, _ in model.deck.elements()}
+    where: dict[int, FloatArray] = {}
+    for eid, _, nodes in model.fe.elements():
+        if eid == 0 or eid in top.beams:
+            continue
+        if len(nodes) > 2:
+            others.setdefault(sections.get(eid) or 0, []).append(eid)
+            where[eid] = np.mean([model.xyz[model.index(n)] for n in nodes], axis=0)
+            continue
+        rows, K, M = model.fe.element_matrices(eid, ones)
+        if not K.any() and M.any():
+            groups.append(((eid,), 0.0, LUMP_SD, 0.0 if _turns(M, rows) else GYRATION * diagonal))
+    for elements in others.values():
+        groups += [(patch, STIFFNESS_SD, MASS_SD, 0.0) for patch in _patches(elements, where)]
+    groups += [(elements, SUPPORT_SD, 0.0, 0.0) for elements in _at_supports(model, top.held, set(where))]
+    return tuple(_unit(model, *group) for group in groups)
+
+
+def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, radius: float) -> _Unit:
+    """The unit of `elements` with its standard deviations; `radius` of gyration of a lump that has none."""
+    ones = np.ones(len(model.parameters))
+    at: list[NDArray[np.int64]] = []
+    values: list[FloatArray] = []
+    for eid in elements:
+        rows, K, M = model.fe.element_matrices(eid, ones)
+        at.append(np.array([np.repeat(rows, len(rows)), np.tile(rows, len(rows))]))
+        values.append(np.array([stiff * K.ravel(), mass * M.ravel()]))
+        if radius > 0:
+            moving = rows % 6 < 3
+            lump = float(np.trace(M[np.ix_(moving, moving)])) / 3
+            turns = 6 * np.unique(rows // 6)[:1] + np.arange(3, 6)  # a point mass may have no rows for these
+            at.append(np.array([turns, turns]))
+            values.append(np.array([np.zeros(3), np.full(3, lump * radius**2)]))
+    index, both = np.hstack(at), np.hstack(values)
+    touched, local = np.unique(index, return_inverse=True)
+    row, column = local.reshape(index.shape)
+    shape = (len(touched), len(touched))
+    stiffness, inertia = (csr_array(coo_array((v, (row, column)), shape=shape)) for v in both)
+    return _Unit(elements, touched, stiffness, inertia, stiff, radius > 0)
+
+
+def _at_supports(model: Model, held: NDArray[np.bool_], among: set[int]) -> list[tuple[int, ...]]:
+    """Elements of `among` at each region of nodes that cannot move; `held` (n_g,) are the DOFs that cannot."""
+    at = {int(n) for n in model.node_ids[held.reshape(-1, 6)[:, :3].all(axis=1)]}
+    own = [(eid, set(nodes)) for eid, _, nodes in model.fe.elements() if eid in among and at.intersection(nodes)]
+    regions = connected(model, at.intersection(*[set().union(*(nodes for _, nodes in own))]))
+    if len(regions) > MAX_SUPPORTS:
+        return []
+    return [tuple(eid for eid, nodes in own if nodes.intersection(region)) for region in regions]
+
+
+def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:
+    """Whether an element's mass resists rotations."""
+    turning = rows % 6 >= 3
+    return bool(np.abs(M[np.ix_(turning, turning)]).max(initial=0.0) > 0)
+
+
+def _patches(elements: Sequence[int], where: dict[int, FloatArray]) -> list[tuple[int, ...]]:
+    """Elements cut into boxes of equal sides, `PATCHES` along the longest."""
+    xyz = np.array([where[e] for e in elements])
+    low, size = xyz.min(axis=0), float(np.ptp(xyz, axis=0).max())
+    cells: dict[tuple[int, ...], list[int]] = {}
+    for e, x in zip(elements, xyz, strict=True):
+        cell = np.minimum((x - low) / max(size, 1e-300) * PATCHES, PATCHES - 1e-9).astype(int)
+        cells.setdefault(tuple(cell.tolist()), []).append(e)
+    return [tuple(c) for c in cells.values()]
+
+
+def _among_modes(
+    reduced: ReducedModel, top: float, parts: Sequence[tuple[FloatArray, FloatArray]]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Changes of K and M (r, r) as they act between the modes up to `top` (Hz), and on nothing else in the basis."""
+    omega, Q = basis_modes(reduced)
+    own = Q[:, omega <= 2 * np.pi * top]
+    onto = own @ (own.T @ reduced.as_drawn()[1])
+    among = [(onto.T @ dK @ onto, onto.T @ dM @ onto) for dK, dM in parts]
+    # a basis that begins with these modes has nothing but rounding elsewhere, which nobody need go through
+    n = own.shape[1]
+    if reduced.model.fe.n_a < LARGE or np.abs(own[n:]).max(initial=0.0) > ROUNDING:
+        return among
+    return [(_first(dK, n), _first(dM, n)) for dK, dM in among]
+
+
+def _first(A: FloatArray, n: int) -> FloatArray:
+    """The matrix with nothing but its first n rows and columns."""
+    out = np.zeros_like(A)
+    out[:n, :n] = A[:n, :n]
+    return out
+
+
+def _widened(within: ReducedModel, n: int, r: int) -> list[tuple[FloatArray, FloatArray]]:
+    """Changes of K and M (r, r) by one standard deviation of the first n combinations, from those of a model in the
+    first vectors of the basis."""
+    first, more = within.names.index("form 1") if n else 0, (0, r - within.r)
+    # what a cut takes off comes after what it is taken off from
+    of = {term.exponents: term for term in reversed(within.terms)}
+    parts = []
+    for i in range(n):
+        term = of[((first + i, 1.0),)]
+        assert term.K is not None
+        assert term.M is not None
+        parts.append((SD * np.pad(term.K, more), SD * np.pad(term.M, more)))
+    return parts
+
+
+def _combined(
+    reduced: ReducedModel, units: Sequence[_Unit], weights: FloatArray
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Stiffness and mass (r, r) of every row of `weights` (n, n_units) times the units' standard deviations, at the
+    deck's values; some units at a time, since the matrices of all of them outgrow the memory."""
+    V, r = reduced.V, reduced.r
+    K, M = np.zeros((len(weights), r, r)), np.zeros((len(weights), r, r))
+    at_once = max(1, int(AT_ONCE / (8 * r * r)))
+    for first in range(0, len(units), at_once):
+        some = units[first : first + at_once]
+        own = weights[:, first : first + at_once]
+        bases = [V[u.rows] for u in some]
+        K += np.tensordot(own, np.array([B.T @ (u.stiffness @ B) for u, B in zip(some, bases, strict=True)]), 1)
+        M += np.tensordot(own, np.array([B.T @ (u.mass @ B) for u, B in zip(some, bases, strict=True)]), 1)
+    return list(zip(K, M, strict=True))

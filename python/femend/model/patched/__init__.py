@@ -1,0 +1,1 @@
+"""An updated deck: which fields change, and the deck read again."""

@@ -1,0 +1,1 @@
+"""Faces of shells and solids: sensors, pressures and morphs on them."""

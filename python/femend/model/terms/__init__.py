@@ -1,0 +1,1 @@
+"""Terms that a deck may lack, in one or several configurations: supports, bushes, rotors."""

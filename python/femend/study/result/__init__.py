@@ -1,0 +1,1 @@
+"""What a run leaves: result.json, the patched deck, predictions."""

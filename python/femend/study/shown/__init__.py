@@ -1,0 +1,1 @@
+"""What the report shows: curves, tables, pictures, references."""

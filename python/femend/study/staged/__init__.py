@@ -1,0 +1,1 @@
+"""Studies that go through stages: several configurations, operating recordings."""
