@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from femend import _core
-from femend.diagnose.element.element import element, fit_element, refit_element
+from femend.diagnose.element import element
+from femend.diagnose.element.element import fit_element, refit_element
 from femend.errors import LawParameterError, RecordingError
 
 DT = 1 / 200

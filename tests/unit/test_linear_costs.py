@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from femend.demo import STUDY
-from femend.diagnose.loads.loads import loads
+from femend.diagnose.loads import loads
 from femend.diagnose.locating import screen
 from femend.diagnose.locating.alike import _answers, _not_beyond, look_alikes
 from femend.diagnose.locating.classes import distinct, similarity

@@ -10,6 +10,7 @@ import pytest
 from femend.report.content import ParameterRow, Picture
 from femend.report.mesh_view import static_picture, viewer_data
 from femend.report.page import render
+from femend.study.result.findings import alternatives, law_words
 
 from .report_pages import Page, content, result
 
@@ -74,6 +75,23 @@ def test_a_place_without_a_name_has_no_certainty_and_names_the_nearest_laws() ->
     assert "No name: none of the laws tried explains it well enough." in page.text
     assert "Nearest laws tried: flexible joint or weakened member." in page.text
     assert "0 % among" not in page.text
+
+
+def test_a_law_that_the_contract_tells_by_another_name_has_its_own_on_the_page() -> None:
+    said = result("missing-physics")
+    values = {"k": {"value": 5.4e4, "sd": 2.0e3, "unit": "N/m"}, "preload": {"value": 3.0, "sd": 0.1, "unit": "N"}}
+    asked = {
+        **law_words("preloaded_contact"),
+        "parameters": values,
+        "alternatives": alternatives({"hertz_contact": 0.2}),
+    }
+    said["findings"] = [{**said["findings"][0], **asked}]
+    assert (said["findings"][0]["physics"], said["findings"][0]["law"]) == ("bilinear_stiffness", "preloaded_contact")
+    assert asked["alternatives"] == [{"physics": "clearance", "law": "hertz_contact", "probability": 0.2}]
+    page = Page(render(dataclasses.replace(content("missing-physics"), result=said)))
+    assert "preloaded contact" in page.text
+    assert "bilinear stiffness" not in page.text
+    assert "Also considered: hertz contact (20 %)" in page.text
 
 
 def test_a_force_recorded_elsewhere_says_both_places_once() -> None:

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from femend.diagnose.loads import unmeasured
 from femend.diagnose.loads.harmonic import ONSET, _waves
-from femend.diagnose.loads.loads import unmeasured
 from femend.diagnose.loads.unmeasured import NEARLY_ALL, _common, _from_outside, _mean_force, _nearly_all
 from femend.diagnose.locating.recovered import STANDS_OUT, _standing_out, _wiener
 from femend.study.run import diagnose

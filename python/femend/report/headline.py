@@ -20,6 +20,7 @@ from femend.report.words import (
     acts_where_recorded,
     by_importance,
     is_tentative,
+    law_of,
     misplaced_text,
     parameter_text,
     percent,
@@ -166,7 +167,7 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
         if moved := misplaced_text(finding):
             parts.append(moved)
             continue
-        parameters, physics = mapping(finding.get("parameters")), str(finding.get("physics", ""))
+        parameters, physics = mapping(finding.get("parameters")), law_of(finding)
         values = [
             " ".join(parameter_text(name, entry, physics, with_sd=False))
             for name, entry in _told(parameters, len(findings))
@@ -195,7 +196,7 @@ def _or_rather(finding: Result) -> str:
     likelier = None if other is None else number(other.get("probability"))
     if other is None or own is None or likelier is None or likelier <= own:
         return ""
-    return f", or {physics_name(str(other.get('physics', '')))} ({percent(likelier)})"
+    return f", or {physics_name(law_of(other))} ({percent(likelier)})"
 
 
 def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any]]:
@@ -210,9 +211,9 @@ def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any
 
 def _located(findings: Sequence[Result], result: Result) -> str:
     finding, gain = findings[0], _final_gain(result)
-    physics = str(finding.get("physics") or "")
+    physics = law_of(finding)
     place = place_text(mapping(finding.get("location")), physics)
-    what = physics_name(physics) if physics in PHYSICS else "something"
+    what = physics_name(physics) if finding.get("physics") in PHYSICS else "something"
     if finding.get("class"):
         what = f"a force ({finding['class']})"
     elif likeliest := _likeliest(findings):
@@ -250,7 +251,7 @@ def _likeliest(findings: Sequence[Result]) -> list[str]:
     surest = sorted(filter(_is_law, findings), key=lambda f: -(number(f.get("probability")) or 0.0))
     return [
         f"{physics_name(name)} {place_text(mapping(f.get('location')), name)}"
-        for f, name in ((f, str(f["physics"])) for f in surest)
+        for f, name in ((f, law_of(f)) for f in surest)
     ]
 
 

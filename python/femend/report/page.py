@@ -89,7 +89,7 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
     for finding in words.rows(result.get("findings")):
         location = words.mapping(finding.get("location"))
         parameters = words.mapping(finding.get("parameters"))
-        physics = str(finding.get("physics") or "")
+        physics = words.law_of(finding)
         span = words.span_text(location)
         also = [] if span else [words.nodes_text(place) for place in location.get("also_possible") or ()]
         configurations = [str(c) for c in finding.get("configurations") or ()]

@@ -23,6 +23,7 @@ __all__ = [
     "how_much",
     "is_tentative",
     "is_unnamed",
+    "law_of",
     "mapping",
     "misplaced_text",
     "nodes_text",
@@ -187,9 +188,14 @@ def certainty(probability: float | None) -> str:
     return f"{probability * 100:.0f} % among the hypotheses tried{word}"
 
 
+def law_of(finding: Mapping[str, Any]) -> str:
+    """Name of the law of a finding or of an alternative: its own, where the contract tells it by another's."""
+    return str(finding.get("law") or finding.get("physics") or "")
+
+
 def is_unnamed(finding: Mapping[str, Any]) -> bool:
     """Whether a finding is a place without a name: no law, or a free force of which a class alone is told."""
-    return not finding.get("physics") or bool(finding.get("class"))
+    return not law_of(finding) or bool(finding.get("class"))
 
 
 def is_tentative(finding: Mapping[str, Any]) -> bool:
@@ -217,8 +223,7 @@ def considered_text(finding: Mapping[str, Any]) -> str:
     """What else was considered: "also considered: cubic stiffness (5 %)", or the nearest laws of a finding without a
     name, of which no probability is told; empty where there is none."""
     others = [
-        (physics_name(str(a.get("physics", ""))), percent(a.get("probability")))
-        for a in rows(finding.get("alternatives"))[:CONSIDERED]
+        (physics_name(law_of(a)), percent(a.get("probability"))) for a in rows(finding.get("alternatives"))[:CONSIDERED]
     ]
     if not others:
         return ""
@@ -256,7 +261,7 @@ def how_much(finding: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Names and values of a finding's parameters; none of a misplaced load, whose place is what it is about."""
     if misplaced_text(finding):
         return []
-    physics, parameters = str(finding.get("physics") or ""), mapping(finding.get("parameters"))
+    physics, parameters = law_of(finding), mapping(finding.get("parameters"))
     told = [parameter_text(name, entry, physics) for name, entry in by_importance(parameters)]
     # of a bedding the stiffness is that of all its springs
     whole = " in all" if mapping(finding.get("location")).get("shares") else ""

@@ -18,12 +18,12 @@ from femend.diagnose.naming.ranked import Ranked, tempered
 from femend.dof import Dof
 from femend.model import Place
 from femend.model.places.places import Topology, stretches, topology
-from femend.physics import FitCoordinates, companion_jacobian, physics
+from femend.physics import CATALOGUE, FitCoordinates, companion_jacobian, physics
 from femend.report.vocabulary import DIRECTIONS
 from femend.study.result.told import told
 from femend.units import UnitSystem, unit_system
 
-__all__ = ["ALSO", "alternatives", "findings", "rounded"]
+__all__ = ["ALSO", "alternatives", "findings", "law_words", "rounded"]
 
 # places that are said to be possible too
 ALSO = 5
@@ -115,7 +115,7 @@ def _finding(
     where = _location(diagnosis, place)
     open_place = bool(where["also_possible"])
     found = {
-        "physics": name,
+        **law_words(name),
         "probability": None if named is None else round(named, 3),
         "location": where,
         "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, open_place),
@@ -283,7 +283,19 @@ def alternatives(probabilities: Mapping[str, float]) -> list[dict[str, Any]]:
     [{'physics': 'clearance', 'probability': 0.3}, {'physics': 'added_mass', 'probability': 0.02}]
     """
     likeliest = sorted(probabilities.items(), key=lambda item: -item[1])[:ALTERNATIVES]
-    return [{"physics": name, "probability": round(p, 3)} for name, p in likeliest if p >= LEAST]
+    return [{**law_words(name), "probability": round(p, 3)} for name, p in likeliest if p >= LEAST]
+
+
+def law_words(name: str) -> dict[str, str]:
+    """A law by the contract's name, and by its `law` where the contract has none of its own for it.
+
+    >>> law_words("preloaded_contact")
+    {'physics': 'bilinear_stiffness', 'law': 'preloaded_contact'}
+    >>> law_words("clearance")
+    {'physics': 'clearance'}
+    """
+    reported = CATALOGUE[name].reported if name in CATALOGUE else name
+    return {"physics": name} if reported == name else {"physics": reported, "law": name}
 
 
 def rounded(value: float | None) -> float | None:
