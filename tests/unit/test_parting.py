@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.deciding import parting
+from femend.diagnose.deciding import parting as module
+from femend.diagnose.deciding import verdict
 from femend.diagnose.deciding.outcome import Diagnosis
-from femend.diagnose.deciding.parting import left_by_something_else
+from femend.diagnose.deciding.parting import Parting, parting
 from femend.diagnose.deciding.spread import Spread
 from femend.estimate import FitRecord
 from femend.study.result.study_run import StudyRun
@@ -30,20 +31,42 @@ def of_beginnings(found: Diagnosis, share: float) -> Diagnosis:
 
 
 def test_laws_that_explain_the_whole_leave_nothing_to_say(dashpot_and_cubic: StudyRun) -> None:
-    assert left_by_something_else(of_beginnings(dashpot_and_cubic.diagnosis, 0.0)) == ""
+    assert parting(of_beginnings(dashpot_and_cubic.diagnosis, 0.0)) == Parting(accounts=True)
 
 
 def test_what_comes_later_and_is_followed_is_something_else(dashpot_and_cubic: StudyRun) -> None:
     found = of_beginnings(dashpot_and_cubic.diagnosis, 0.6)
-    told = left_by_something_else(found)
-    assert repr(found.problem.records[0].name) in told
-    assert "can be followed" in told
+    told = parting(found)
+    assert not told.accounts
+    assert repr(found.problem.records[0].name) in told.otherwise
+    assert "can be followed" in told.otherwise
 
 
 def test_motion_that_parts_as_far_may_be_of_the_law_alone(
     dashpot_and_cubic: StudyRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(parting, "spread", lambda models, found, record: Spread(0.3, 1.0))
-    assert left_by_something_else(of_beginnings(dashpot_and_cubic.diagnosis, 0.6)) == ""
+    monkeypatch.setattr(module, "spread", lambda models, found, record: Spread(0.3, 1.0))
+    assert parting(of_beginnings(dashpot_and_cubic.diagnosis, 0.6)) == Parting(accounts=True)
     without = replace(dashpot_and_cubic.diagnosis, best=None, further=None)
-    assert left_by_something_else(without) == ""
+    assert parting(without) == Parting()
+
+
+@pytest.mark.parametrize(
+    ("rest", "times", "told"),
+    [
+        (Parting(), 2.0, "missing-physics"),
+        (Parting(), 9.0, "located-not-named"),
+        (Parting(accounts=True), 9.0, "missing-physics"),
+        (Parting(otherwise="something else"), 2.0, "located-not-named"),
+    ],
+)
+def test_a_law_of_a_beginning_is_sure_near_the_noise_or_where_models_part_as_far(
+    dashpot_and_cubic: StudyRun, monkeypatch: pytest.MonkeyPatch, rest: Parting, times: float, told: str
+) -> None:
+    monkeypatch.setattr(verdict, "parting", lambda found: rest)
+    monkeypatch.setattr(verdict, "most_of_noise", lambda found: times)
+    monkeypatch.setattr(verdict, "further_off", lambda found, errors, what_to_do: "")
+    of_the_law = replace(dashpot_and_cubic.diagnosis, verdict="missing-physics", sigma=4.0)
+    found = verdict._of_a_beginning(of_the_law, of_the_law)
+    assert found.verdict == told
+    assert found.advice == (rest.otherwise or of_the_law.advice)

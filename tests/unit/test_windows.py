@@ -55,9 +55,11 @@ class Judge:
 
 @dataclass(frozen=True)
 class Stop:
-    """A stop that explains what it has not seen in windows down to sigma = `told`."""
+    """A stop that explains what it has not seen in windows down to sigma = `told`, and what it is fitted to down to
+    `kept`."""
 
     told: float
+    kept: float = 0.0
     sigma: float = 6.8
     nonlinear: bool = True
     reference: float = 1.0
@@ -66,9 +68,18 @@ class Stop:
     def chosen(self) -> float:
         return 1.2 if self.sigma >= self.told else 30.0
 
+    @property
+    def fitted(self) -> float:
+        return 1.1 if self.sigma >= self.kept else 9.0
 
-@pytest.mark.parametrize(("told", "reached"), [(0.0, 0.0), (0.5, 0.8), (2.0, 2.4), (5.0, 6.8)])
-def test_a_law_is_followed_as_far_as_it_explains(monkeypatch: pytest.MonkeyPatch, told: float, reached: float) -> None:
+
+@pytest.mark.parametrize(
+    ("told", "kept", "reached"),
+    [(0.0, 0.0, 0.0), (0.5, 0.0, 0.8), (2.0, 0.0, 2.4), (5.0, 0.0, 6.8), (0.5, 2.0, 2.4)],
+)
+def test_a_law_is_followed_as_far_as_it_explains(
+    monkeypatch: pytest.MonkeyPatch, told: float, kept: float, reached: float
+) -> None:
     def judged(*args: Any) -> Any:
         def ranked(tried: Any, afresh: bool = False) -> Any:
             # not judged afresh, a law has the misfit of the window before
@@ -86,7 +97,7 @@ def test_a_law_is_followed_as_far_as_it_explains(monkeypatch: pytest.MonkeyPatch
     for attribute, value in made.items():
         monkeypatch.setattr(window, attribute, value)
     given = cast(Any, SimpleNamespace(split=SimpleNamespace(fitting=None), settings=Settings()))
-    first = cast(Any, SimpleNamespace(candidate=Stop(told), located=None, recovered=None))
+    first = cast(Any, SimpleNamespace(candidate=Stop(told, kept), located=None, recovered=None))
     ranked, sigma = window.followed_on(given, [first], 6.8)
     assert sigma == reached
     assert ranked[0].candidate.sigma == reached
@@ -150,6 +161,8 @@ SPRING = Left(0.0, (288.0, 200.0), (14.0, 12.0), nonlinear=False)
         (Left(6.8, (25.0, 0.7), (0.9, 0.8)), SPRING, 14.7, 6.8),
         # nor is that the stop was followed through them
         (Left(0.0, (25.0, 0.7), (0.9, 0.8)), SPRING, 14.7, 6.8),
+        # a stop is compared in the window that it was followed to, between those that laws go through
+        (Left(2.4, (25.0, 0.7), (0.9, 0.8)), SPRING, 14.7, 2.4),
         # one that does as well as a free force where that explains all is
         (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (1.2, 200.0), (1.1, 12.0), nonlinear=False), 14.7, 0.0),
         # what explains a beginning by bending the rest of the model is none

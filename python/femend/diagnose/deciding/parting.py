@@ -6,7 +6,7 @@ models part that explain as much. Where these stay together, what is left is of 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,29 +16,39 @@ from femend.diagnose.deciding.spread import as_good, spread
 from femend.estimate import noise_floor
 from femend.numerals import plain
 
-__all__ = ["left_by_something_else"]
+__all__ = ["Parting", "parting"]
 
 # how many times as far as models part that explain the beginning as well, one deviation from the final one, and as the
 # noise is, a recording is left by something else
 BEYOND = 3.0
 
 
-def left_by_something_else(found: Diagnosis) -> str:
-    """What has to be said where a fit recording as a whole is left by far more than its noise and than models part on
-    it that explain the window of the diagnosis about as well; "" where none is, or no models could be drawn."""
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """Whether what a law of a beginning leaves of the whole recordings is how far models part that explain the
+    beginning as well: it `accounts` for what is left, or `otherwise` is what has to be said; neither where no models
+    could be drawn."""
+
+    accounts: bool = False
+    otherwise: str = ""
+
+
+def parting(found: Diagnosis) -> Parting:
+    """What is left of each fit recording as a whole, beyond its noise, against how far models part on it that explain
+    the window of the diagnosis about as well."""
     models = as_good(found)
     if models is None:
-        return ""
+        return Parting()
     whole = replace(found, sigma=0.0)
     for record in found.problem.records:
         floor, parted = noise_floor(record, found.problem.band), spread(models, found, record).share
         left = left_of(whole, record)
         if np.sqrt(max(left**2 - floor**2, 0.0)) > BEYOND * max(floor, parted):
-            return (
-                f"the law explains the beginning of the recordings alone, and leaves {plain(100 * left, 2)} % of "
-                f"{record.name!r} as a whole. Models that explain the beginning as well part by "
-                f"{plain(100 * parted, 2)} % of it, so that its motion can be followed: something is missing beside "
-                "the law, or instead of it. Add sensors where the mismatch map is high, or record the structure at a "
-                "weaker level too"
+            return Parting(
+                otherwise="the law explains the beginning of the recordings alone, and leaves "
+                f"{plain(100 * left, 2)} % of {record.name!r} as a whole. Models that explain the beginning as well "
+                f"part by {plain(100 * parted, 2)} % of it, so that its motion can be followed: something is missing "
+                "beside the law, or instead of it. Add sensors where the mismatch map is high, or record the structure "
+                "at a weaker level too"
             )
-    return ""
+    return Parting(accounts=True)

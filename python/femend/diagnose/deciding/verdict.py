@@ -18,7 +18,7 @@ from femend.diagnose.deciding.accepted import (
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.outside_band import further_outside_alone
 from femend.diagnose.deciding.own_frequency import own_frequency
-from femend.diagnose.deciding.parting import left_by_something_else
+from femend.diagnose.deciding.parting import parting
 from femend.diagnose.deciding.plain_error import further_off, most_of_noise, plain_errors, silenced, whole_errors
 from femend.diagnose.deciding.too_little import too_little
 from femend.diagnose.fitting.candidates import Candidate, standard_deviations
@@ -75,17 +75,18 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
 
 def _of_a_beginning(found: Diagnosis, told: Diagnosis) -> Diagnosis:
     """The verdict on what explains the beginning of the recordings, which shows too little to tell many laws apart: as
-    a whole the model has to come nearer to them, and near to the noise where a law is to be sure, and what is left has
-    to be of motion that cannot be followed."""
+    a whole the model has to come nearer to them. To be sure, a law has to come near to the noise, or what it leaves has
+    to be of motion that cannot be followed: models that explain the beginning as well part as far."""
     whole = replace(told, sigma=0.0)
     if off := further_off(whole, plain_errors(whole), LATER):
         return replace(found, verdict="located-not-named", place=told.place, advice=off)
     if told.verdict != "missing-physics":
         return told
-    if otherwise := left_by_something_else(told):
-        return replace(told, verdict="located-not-named", advice=otherwise)
-    unsure = most_of_noise(whole) > told.settings.together
-    return replace(told, verdict="located-not-named") if unsure else told
+    rest = parting(told)
+    if rest.otherwise:
+        return replace(told, verdict="located-not-named", advice=rest.otherwise)
+    sure = rest.accounts or most_of_noise(whole) <= told.settings.together
+    return told if sure else replace(told, verdict="located-not-named")
 
 
 def _off_with_the_load(told: Diagnosis) -> bool:

@@ -20,15 +20,15 @@ FloatArray = NDArray[np.float64]
 
 
 def widest(given: Given, tried: Sequence[Tried]) -> Judge:
-    """The widest window in which some law explains what it has not seen about as well as a free force anywhere does,
-    and more than the updated model by itself; whole records where none does, or none but in the beginning, where the
-    updated model does without any."""
+    """The widest window, of those laws go through and those they were followed to, in which some law explains what it
+    has not seen about as well as a free force anywhere does, and more than the updated model by itself; whole records
+    where none does, or none but in the beginning, where the updated model does without any."""
     split, reduced, settings = given.split, given.reduced, given.settings
     whole = judge_in(given, 0.0)
     if not any(t.candidate.nonlinear for t in tried):
         return whole
     bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
-    for sigma in reversed(windows(split.fitting)):
+    for sigma in sorted({*windows(split.fitting), *(t.candidate.sigma for t in tried)}):
         judge = whole if sigma == 0 else judge_in(given, sigma)
         by_itself = np.inf
         if sigma > 0:
@@ -48,8 +48,8 @@ def widest(given: Given, tried: Sequence[Tried]) -> Judge:
 
 
 def followed_on(given: Given, ranked: list[Ranked], sigma: float) -> tuple[list[Ranked], float]:
-    """The best law fitted in fine steps in ever wider windows than exp(-sigma t) as long as it explains what it has not
-    seen there, and all laws as they compare in the last of them."""
+    """The best law fitted in fine steps in ever wider windows than exp(-sigma t) as long as it explains what it is
+    fitted to and what it has not seen there, and all laws as they compare in the last of them."""
     if sigma == 0 or not ranked or not ranked[0].candidate.nonlinear:
         return ranked, sigma
     best, reached, fitting = ranked[0], sigma, given.split.fitting
@@ -57,7 +57,9 @@ def followed_on(given: Given, ranked: list[Ranked], sigma: float) -> tuple[list[
         judge = judge_in(given, wider)
         candidate = refit_nonlinear(fitting, replace(best.candidate, sigma=wider))
         there = judge.ranked(Tried(candidate, best.located, best.recovered), afresh=True)
-        if there.candidate.chosen > given.settings.adequate * max(there.candidate.reference, 1.0):
+        enough = given.settings.adequate * max(there.candidate.reference, 1.0)
+        # where it is lost in the records it is fitted to, what these tell of its parameters is of no use
+        if max(there.candidate.chosen, candidate.fitted) > enough:
             break
         best, reached = there, wider
     if reached == sigma:
