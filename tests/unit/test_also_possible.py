@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from femend.model.places.places import Topology
-from femend.study.result.result import findings
+from femend.study.result import findings
 
 
 def place(kind: str, nodes: tuple[int, ...], direction: str, slope: tuple[float, float, float] = (0, 0, 0)) -> Any:
