@@ -75,6 +75,7 @@ def test_further_places_are_tried_until_a_law_explains_whole_records(
         "judge_in": lambda *a: SimpleNamespace(at_once=lambda new: []),
         "inside": lambda *a: [],
         "_linear_suffices": lambda *a: False,
+        "_at_all_levels": lambda tried, *a: tried,
         "beaten": lambda *a: False,
         "nonlinear_at": nonlinear_at,
         "widest": lambda *a: SimpleNamespace(

@@ -7,7 +7,7 @@ import numpy as np
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.evidence import fall
 from femend.diagnose.fitting.candidates import Candidate, standard_deviations
-from femend.diagnose.naming.ranked import Ranked
+from femend.diagnose.naming.ranked import Ranked, at_one_level
 from femend.diagnose.naming.shares import needed_share, share_explained
 from femend.diagnose.updating.levels import depends_on_level
 
@@ -43,8 +43,16 @@ def accepted(found: Diagnosis, best: Ranked) -> bool:
 
 
 def adequate(found: Diagnosis, best: Ranked) -> bool:
-    """Whether a law explains unseen data about as well as a free force at its place does."""
+    """Whether a law explains unseen data about as well as a free force at its place does; a linear one that leaves far
+    more of the records it is fitted to explains one level alone."""
+    if at_one_level(best.candidate, _free(best), found.settings):
+        return False
     return best.candidate.chosen <= found.settings.adequate * max(_reference(best), 1.0)
+
+
+def _free(best: Ranked) -> float:
+    """Misfit of the free force at a law's place on the records that locate; infinite where none was fitted there."""
+    return best.recovered.fit.score if best.recovered is not None else np.inf
 
 
 def bends(found: Diagnosis, best: Ranked) -> bool:

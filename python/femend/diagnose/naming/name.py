@@ -23,7 +23,7 @@ from femend.diagnose.naming.laws_at import (
     nonlinear_at,
     on_springs,
 )
-from femend.diagnose.naming.ranked import Ranked, score
+from femend.diagnose.naming.ranked import Ranked, at_one_level, score
 from femend.diagnose.naming.window import followed_on, widest
 from femend.diagnose.settings import Settings
 from femend.model import Place
@@ -84,7 +84,7 @@ def name_physics(
             new = nonlinear_at(given.split, at, pace)
             tried += new
             note(first_look.at_once(new))
-    tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
+    tried = _at_all_levels([t for t in tried if np.isfinite(t.candidate.chosen)], opened, given.settings)
     judge = widest(given, tried)
     ranked = [judge.ranked(t) for t in tried]
     ranked = judge.refined([r for r in ranked if np.isfinite(r.score)])
@@ -100,9 +100,12 @@ def _linear_suffices(given: Given, tried: Sequence[Tried], opened: Sequence[Open
     """Whether the best linear law, or the model alone, comes so near to a free force that no nonlinear law could win by
     what it has to."""
     split, settings, n_values = given.split, given.settings, given.n_values()
-    scored = [(score(t.candidate, settings, n_values), t.candidate.chosen) for t in tried]
-    linear, chosen = min(scored, default=(np.inf, np.inf))
+    laws = [t.candidate for t in tried]
+    best = min(laws, key=lambda law: score(law, settings, n_values), default=None)
+    if best is not None and at_one_level(best, _free(opened), settings):
+        return False
     references = [free_reference(split, o.recovered) for o in opened]
+    chosen = np.inf if best is None else best.chosen
     if _near(chosen, min(references, default=np.inf), settings):
         return True
     free = [
@@ -110,7 +113,23 @@ def _linear_suffices(given: Given, tried: Sequence[Tried], opened: Sequence[Open
     ]
     if null_score - min(free, default=np.inf) < settings.gain_nonlinear * n_values:
         return True
+    linear = np.inf if best is None else score(best, settings, n_values)
     return bool(linear - min(free, default=np.inf) < settings.gain_cost)
+
+
+def _at_all_levels(tried: list[Tried], opened: Sequence[Opened], settings: Settings) -> list[Tried]:
+    """The laws without linear ones that explain one level alone, where a nonlinear one explains the records that it is
+    fitted to and those it has not seen."""
+    free = _free(opened)
+    whole = (t.candidate for t in tried if t.candidate.nonlinear and t.candidate.sigma == 0)
+    if not any(max(c.chosen, c.fitted) <= settings.adequate * max(free, 1.0) for c in whole):
+        return tried
+    return [t for t in tried if not at_one_level(t.candidate, free, settings)]
+
+
+def _free(opened: Sequence[Opened]) -> float:
+    """Least misfit that a free force at one of the places leaves on the records that locate."""
+    return min((o.recovered.fit.score for o in opened), default=np.inf)
 
 
 def _near(chosen: float, free: float, settings: Settings) -> bool:

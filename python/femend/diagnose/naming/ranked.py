@@ -18,7 +18,7 @@ from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import ReducedModel
 
-__all__ = ["Judged", "Ranked", "effective_values", "score", "tempered", "told_simply"]
+__all__ = ["Judged", "Ranked", "at_one_level", "effective_values", "score", "tempered", "told_simply"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +31,12 @@ class Ranked:
     score: float
     recovered: Recovered | None = None
     name: str = ""
+
+
+def at_one_level(candidate: Candidate, free: float, settings: Settings) -> bool:
+    """Whether a linear law leaves far more of the records it is fitted to than a `free` force does there: it may
+    explain the choosing ones, of a level between theirs, by being too stiff for one and too soft for another."""
+    return bool(not candidate.nonlinear and candidate.fitted > settings.far * max(free, 1.0))
 
 
 class Judged(Protocol):
