@@ -46,6 +46,9 @@ def test_points_that_are_recorded_one_by_one_are_one_test(tmp_path: Path, moved:
     [one] = point_by_point(tmp_path, moved)
     assert one.name == "p3"
     assert {d.node for d in one.modes.dofs} == set(SENSORS)
+    # deviations of the shapes count in an update
+    assert one.shape_sd is not None
+    assert one.shape_sd.shape == one.modes.shapes.shape
     assert any("with 5 more" in w and f"the {moved} went from point to point: 6 points" in w for w in one.warnings)
     signs = {d.node: d.sign for d in one.modes.dofs}
     assert signs[5] == (-1 if moved == "hammer" else 1)

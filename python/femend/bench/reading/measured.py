@@ -239,7 +239,7 @@ def _of_frfs(full: Recording, about: About, study: Study, too_slow: TooSlow) -> 
     if not isinstance(full.data, FRF):
         told += tuple(f"{who}: {t}" for t in too_coarse(test.modes, full.time, frf))
     return MeasuredModes(
-        *about, test.modes, FRFS, test, shown, geometry=full.geometry, warnings=(*full.warnings, *told, *beyond)
+        *about, test.modes, FRFS, test, shown, test.shape_sd, full.geometry, (*full.warnings, *told, *beyond)
     )
 
 
