@@ -26,7 +26,8 @@ from femend.modal.output_only import identify_output_only
 from femend.modal.output_only.prepare import motion_rows
 from femend.numerals import plain
 from femend.progress import Progress
-from femend.signal import estimate_frf, periodic_frf
+from femend.signal import estimate_frf, periodic_frf, to_quantity
+from femend.signal.calculus import DERIVATIVES
 from femend.signal.suited import blows, suited_frf
 from femend.study.doubts.sampled import too_slow_for_band, too_slow_for_modes
 from femend.study.file.channels_sound import with_warnings
@@ -149,8 +150,10 @@ def _modes_of(
         return f"recording {recording.name!r} is auto or cross spectra, from which no modes are taken here"
     slow = too_slow_for_band(full, band)
     full = replace(full, warnings=(*slow, *full.warnings))
-    if recording.excitation == "measured" and (part := is_part(full)) is not None:
-        return part
+    if recording.excitation == "measured":
+        full = _of_one_quantity(full)
+        if (part := is_part(full)) is not None:
+            return part
     return _identified(full, study, lowest)
 
 
@@ -170,6 +173,14 @@ def _identified(full: Recording, study: Study, lowest: Callable[[], FloatArray] 
         for text in too_slow():
             error.add_note(text)
         raise
+
+
+def _of_one_quantity(full: Recording) -> Recording:
+    """A time record whose sensors measure displacements, velocities and accelerations as one of accelerations, so that
+    its FRFs are of one kind; others as they are."""
+    if not full.is_time or len({full.time.channels[i].quantity for i in full.time.rows(*DERIVATIVES)}) < 2:
+        return full
+    return replace(full, data=to_quantity(full.time, "acceleration"))
 
 
 def _damping_doubts(modes: IdentifiedModes, study: Study) -> list[str]:
