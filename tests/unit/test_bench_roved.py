@@ -18,9 +18,9 @@ from femend.data import FRF
 from femend.progress import SilentProgress
 
 
-def point_by_point(folder: Path, moved: str, cut: int = 0) -> list[MeasuredModes]:
+def point_by_point(folder: Path, moved: str, cut: int = 0, structures: str = "") -> list[MeasuredModes]:
     """What is measured where each of six points has a recording; the hammer strikes node 5 downwards, and the last
-    recording lacks `cut` lines at its end."""
+    recording lacks `cut` lines at its end. `structures` ends the study."""
     (folder / "model.bdf").write_text(small_study.deck())
     whole = measured_frf(folder, Recorded("tip"))
     text = small_study.study_text({})
@@ -35,7 +35,7 @@ def point_by_point(folder: Path, moved: str, cut: int = 0) -> list[MeasuredModes
         write_uff(folder / f"p{node}.uff", functions_of(one))
         text += f'[[recording]]\nname = "p{node}"\nfile = "p{node}.uff"\n'
     path = folder / "study.toml"
-    path.write_text(text + TABLES)
+    path.write_text(text + TABLES + structures)
     found, passed = measured_modes(load_study(path), SilentProgress())
     assert passed == ()
     return list(found)
@@ -63,3 +63,18 @@ def test_recordings_with_other_lines_stay_for_themselves_and_are_told(tmp_path: 
     found = point_by_point(tmp_path, "hammer", cut=200)
     assert [m.name for m in found] == [f"p{n}" for n in SENSORS]
     assert any("not taken as one: 'p13' has other lines" in w for w in found[0].warnings)
+
+
+def test_structures_of_a_population_stay_apart(tmp_path: Path) -> None:
+    halves = [("a", SENSORS[:3]), ("b", SENSORS[3:])]
+    tables = "".join(
+        f'[[updating.structure]]\nname = "{name}"\nrecordings = {[f"p{n}" for n in nodes]}\n' for name, nodes in halves
+    )
+    more = '[[updating.structure]]\nname = "c"\nrecordings = ["again"]\n'
+    whole = measured_frf(tmp_path, Recorded("tip"))
+    write_uff(tmp_path / "again.uff", functions_of(whole))
+    text = '[[recording]]\nname = "again"\nfile = "again.uff"\n'
+    found = point_by_point(tmp_path, "hammer", structures=text + tables + more)
+    assert [(m.name, {d.node for d in m.modes.dofs}) for m in found] == [
+        ("p3", set(SENSORS[:3])), ("p9", set(SENSORS[3:])), ("again", set(SENSORS)),
+    ]  # fmt: skip

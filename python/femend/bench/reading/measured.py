@@ -152,7 +152,8 @@ def _modes_of(
     full = replace(full, warnings=(*slow, *full.warnings))
     if recording.excitation == "measured":
         full = _of_one_quantity(full)
-        if (part := is_part(full)) is not None:
+        structure = next((s.name for s in study.updating.structure if recording.name in s.recordings), "")
+        if (part := is_part(full, structure)) is not None:
             return part
     return _identified(full, study, lowest)
 

@@ -27,25 +27,27 @@ TOLD = 6
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A recording `full` of few responses to one force, with its DOFs without their signs."""
+    """A recording `full` of few responses to one force, with its DOFs without their signs, and which of several
+    nominally equal structures it is of, "" where there is one."""
 
     full: Recording
     outputs: frozenset[Dof]
     force: Dof
+    structure: str = ""
 
     def shares(self, moved: str) -> tuple[object, ...]:
         """What parts of one test have in common, where the hammer or the sensors `moved`."""
         same = self.outputs if moved == "hammer" else self.force
-        return (self.full.role, self.full.configuration, same)
+        return (self.full.role, self.full.configuration, self.structure, same)
 
     def point(self, moved: str) -> object:
         """The point that is this recording's alone."""
         return self.force if moved == "hammer" else self.outputs
 
 
-def is_part(full: Recording) -> Part | None:
-    """`full` as a part of a test, or None where it has more responses than two, none, or not one force, or where a
-    channel has no DOF."""
+def is_part(full: Recording, structure: str = "") -> Part | None:
+    """`full`, of the `structure`, as a part of a test, or None where it has more responses than two, none, or not one
+    force, or where a channel has no DOF."""
     if isinstance(full.data, FRF):
         outputs, inputs = full.data.outputs, full.data.inputs
     elif isinstance(full.data, TimeData):
@@ -56,7 +58,7 @@ def is_part(full: Recording) -> Part | None:
     at = _dofs(outputs)
     if len(inputs) != 1 or inputs[0].dof is None or not 1 <= len(outputs) <= FEW or len(at) != len(outputs):
         return None
-    return Part(full, at, inputs[0].dof.unsigned)
+    return Part(full, at, inputs[0].dof.unsigned, structure)
 
 
 def _dofs(channels: Iterable[Channel]) -> frozenset[Dof]:
