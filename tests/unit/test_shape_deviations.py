@@ -49,3 +49,20 @@ def test_errors_of_shapes_are_what_their_deviations_say() -> None:
     # a mode that the force moves a fiftieth as much is known so much worse
     assert share[WEAK] > 10 * share[0]
     assert share[WEAK] > 0.02
+
+
+def test_noise_of_a_shape_widens_the_deviation_of_its_mac() -> None:
+    from types import SimpleNamespace
+
+    from femend.bench.updating.problem import _mac_sd
+
+    rng = np.random.default_rng(2)
+    phi, noise = shapes()[:, :2], np.array([0.0, 0.4])
+    counted = SimpleNamespace(phi=phi, phi_sd=np.hypot(0.05, np.ones((8, 1)) * noise))
+    sd = _mac_sd(counted, 0.05)  # type: ignore[arg-type]
+    assert sd[0] == 0.05
+    noisy = phi[:, 1] + 0.4 * rng.standard_normal((4000, 8))
+    mac = (noisy @ phi[:, 1]) ** 2 / ((noisy**2).sum(axis=1) * (phi[:, 1] ** 2).sum())
+    lost = np.mean(1 / np.sqrt(mac) - 1)
+    # to first order in the share of noise
+    assert abs(np.sqrt(sd[1] ** 2 - 0.05**2) / lost - 1) < 0.35
