@@ -60,7 +60,8 @@ def motion_slopes(model: Model) -> FloatArray:
 def mass_and_centre(
     products: FloatArray, slope: FloatArray | None = None, axes: tuple[int, int, int] = (1, 2, 0)
 ) -> dict[str, FloatArray]:
-    """Mass and centre of gravity, or their derivatives, from R^T M R of rigid motions about the origin.
+    """Mass and centre of gravity, or their derivatives, from `products` (6, 6), R^T M R of rigid motions about the
+    origin, and the derivative `slope` (6, 6) of these.
 
     `axes` are the motions, 0 to 2 along X to Z, that tell where the centre is along X, Y and Z, as of `telling_axes`;
     where none does (-1) it is nan.
@@ -86,9 +87,10 @@ def _moments(products: FloatArray, axes: tuple[int, int, int]) -> tuple[float, F
 
 
 def telling_axes(products: FloatArray, total: float) -> tuple[int, int, int]:
-    """Motions of `mass_and_centre` along which all of the mass `total` moves; GRIDs may hold others for good (PS), as
-    those out of the plane of a plane structure, across which offsets of masses do not show.
+    """Motions of `mass_and_centre` in `products` (6, 6) along which all of the mass `total` moves.
 
+    GRIDs may hold others for good (PS), as those out of the plane of a plane structure, across which offsets of masses
+    do not show.
     Raises UpdatingError where some of the mass does not move along any axis.
     """
     moved = np.diag(products)[:3]
@@ -121,7 +123,7 @@ class Inertia:
         return mass_and_centre(self._products(self.matrices.at(own)[1], self._motions(own)), axes=self.axes)
 
     def slopes(self, own: FloatArray) -> dict[str, FloatArray]:
-        """Their derivatives (n_parameters, ...)."""
+        """Derivatives (n_parameters, ...) of `values` at the factors `own` (n_parameters,)."""
         M, R = self.matrices.at(own)[1], self._motions(own)
         products = [self._products(one, R) for one in self.matrices.slopes(own)[1]]
         turned = [] if self.turning is None else list(self.turning)
