@@ -117,14 +117,15 @@ def shape_deviations(freq: Real, H: Complex, d: int, fitted: RefinedModes, resid
     own = np.outer(0.5 * fitted.scale * fitted.noise**2, np.sum(real**2, axis=1))
     K, pair = state.steps(np.ones(H.shape[1]))
     B = (inverse @ state.derivatives()).reshape(2 * n, -1, 2)[:, pair]  # (2 n, unknowns, 2)
-    moved = np.einsum("riu,iuo->iro", B, K, optimize=True)
-    change = moved[:, 0::2] + 1j * moved[:, 1::2]  # (unknowns, n, n_out)
-    psi = fit.shapes.T
-    whole = (change * psi.conj()).sum(axis=2) / np.maximum((np.abs(psi) ** 2).sum(axis=1), 1e-300)
-    g = (turn[:, None] * (change - whole[:, :, None] * psi)).real
     values, vectors = np.linalg.eigh(fitted.cov)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    moving = (np.tensordot(root.T, g, axes=1) ** 2).sum(axis=0).T
+    moving = np.zeros(own.shape)
+    for r in range(n):  # one mode after the other: all at once take n times the memory
+        change = np.einsum("iu,iuo->io", B[2 * r] + 1j * B[2 * r + 1], K)
+        psi = fit.shapes[:, r]
+        whole = change @ psi.conj() / max(float(np.sum(np.abs(psi) ** 2)), 1e-300)
+        g = (turn[r] * (change - np.outer(whole, psi))).real  # (unknowns, n_out)
+        moving[:, r] = ((root.T @ g) ** 2).sum(axis=0)
     return np.asarray(np.sqrt(own + moving))
 
 
