@@ -74,6 +74,34 @@ def test_double_hits_weak_hits_and_cut_ones_are_rejected_with_the_reason() -> No
     assert "double hit" in str(found[1])
 
 
+def filtered(pulses: tuple[tuple[float, float], ...], seconds: float) -> np.ndarray:
+    """Blows of 2 ms (time, peak) behind a recorder's filter that lets pass up to 0.45 of the rate: it rings by 15 %."""
+    fine = 16
+    t = DT / fine * np.arange(int(seconds / DT) * fine)
+    f = np.zeros(t.size)
+    for at, peak in pulses:
+        f += np.where((t > at) & (t < at + 0.002), peak * np.sin(np.pi * (t - at) / 0.002), 0.0)
+    F = np.fft.rfft(f)
+    F[np.fft.rfftfreq(t.size, DT / fine) > 0.45 / DT] = 0.0
+    return np.fft.irfft(F, t.size)[None, ::fine]
+
+
+def test_what_a_recorders_filter_rings_is_no_second_blow() -> None:
+    f = filtered(((1.0, 100.0), (5.0, 100.0), (5.05, 25.0), (9.0, 100.0)), 13.0)
+    rings = f[0, int(1.0 / DT) :][:30]
+    after = rings[np.argmax(rings < 0) :]
+    assert after.max() > 0.05 * rings.max()
+    found = find_hits(measured(f, DT, 0.0, 0.0), 3.5)
+    assert [hit.kept for hit in found] == [True, False, True]
+    assert "at 5.05" in found[1].reasons[0]
+    # the force keeps its highest frequencies: ringing cut off by the window took 15 % of them
+    both = measured(filtered(((1.0, 100.0), (5.0, 100.0)), 9.0), DT, 1e-3, 1e-3)
+    found = impact_frf(both, 3.5).frf
+    high = (found.freq > 180) & (found.freq < 215)
+    H, whole = found.H[high], impact_frf(both, 3.5, window_force=False).frf.H[high]
+    assert np.linalg.norm(H - whole) < 0.03 * np.linalg.norm(whole)
+
+
 def test_overloads_are_rejected_naming_the_channel() -> None:
     data = record(HITS, 34.0, noise=0.01)
     values = np.array(data.values)

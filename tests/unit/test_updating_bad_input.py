@@ -23,6 +23,7 @@ from femend.estimate.updating import (
     Problem,
     ShapeDifferences,
     State,
+    Unknown,
     Unknowns,
     Values,
     factor,
@@ -80,6 +81,13 @@ def test_zero_variance(response: Callable[[float], object], sd: float) -> None:
 def test_a_prior_without_variance(sd: float) -> None:
     with pytest.raises(UpdatingError, match="standard deviation"):
         factor("E", sd)
+
+
+@pytest.mark.parametrize("scale", [0.0, -2.0, np.nan])
+def test_an_unknown_whose_value_would_never_change(scale: float) -> None:
+    unknowns = Unknowns.of([Unknown("a", scale, positive=False, mean=0.5, sd=1.0)])
+    with pytest.raises(UpdatingError, match=r"'a' has a scale of .* where the search starts is `mean`"):
+        limits(unknowns)
 
 
 @pytest.mark.parametrize(

@@ -205,6 +205,46 @@ def test_a_deck_with_thickness_mass_and_centre_of_gravity(tmp_path: Path) -> Non
     check(problem, np.array([1.02, 1.05, 0.97]), 1e-5)
 
 
+BALANCE = """SOL 103
+CEND
+SPC=1
+BEGIN BULK
+{0}GRID,1,,0.,0.,0.5,,{1}
+GRID,2,,1.,0.2,0.5
+GRID,3,,2.,0.2,0.7
+CBAR,1,1,1,2,0.,0.,1.
+CBAR,2,1,2,3,0.,0.,1.
+CONM2,9,3,,2.,.1,.3,.2
+PBAR,1,1,1.-3,1.-7,1.-7,1.-7
+MAT1,1,2.+11,,.3,7800.
+SPC1,1,123456,1
+ENDDATA
+"""
+
+
+def test_a_deck_weighs_what_stands_on_the_balance_held_nodes_included(tmp_path: Path) -> None:
+    path, rho = tmp_path / "m.bdf", [Parameter("rho", "rho", "material", (1,))]
+    ends = np.array([[0.0, 0.0, 0.5], [1.0, 0.2, 0.5], [2.0, 0.2, 0.7]])
+    parts = [7.8 * np.linalg.norm(ends[i + 1] - ends[i]) for i in (0, 1)] + [2.0]
+    places = [ends[:2].mean(axis=0), ends[1:].mean(axis=0), ends[2] + [0.1, 0.3, 0.2]]
+    mass = sum(parts)
+    centre = np.average(places, axis=0, weights=parts)
+    # in the plane of a plane structure, which GRDSET holds across it, too
+    for grdset, told in (("", [0, 1, 2]), ("GRDSET,,,,,,,246\n", [0, 2]), ("GRDSET,,,,,,,345\n", [0, 1])):
+        path.write_text(BALANCE.format(grdset, ""))
+        system = deck_system(read_model(path, parameters=rho), ["3:+Z"], 1, inertia=True)
+        state = system.solve(np.ones(1))
+        assert state.value("mass")[0] == pytest.approx(mass, rel=1e-9)
+        assert state.value("centre")[told] == pytest.approx(centre[told], rel=1e-9)
+        h = 1e-5
+        for name in ("mass", "centre"):
+            up, down = (system.solve(np.array([1 + s * h])).value(name) for s in (1, -1))
+            assert state.slope(name)[0] == pytest.approx((up - down) / (2 * h), rel=1e-6, abs=1e-9)
+    path.write_text(BALANCE.format("", "123456"))
+    with pytest.raises(UpdatingError, match="22 % of the deck's mass is at DOFs that its GRIDs hold for good"):
+        deck_system(read_model(path, parameters=rho), ["3:+Z"], 1, inertia=True)
+
+
 def test_configurations_with_shared_and_own_parameters() -> None:
     system = modal_system(chain(), list(range(6)), 6)
     made = []

@@ -86,6 +86,7 @@ def identify_modes(
     fit = _scaled(fitted.fit, points)
     modes = _modes(replace(fitted, fit=fit), diagram, responses, references, bool(points))
     test = _assembled(used, H, noise, modes, fit, roved, diagram, points)
+    test = replace(test, shape_sd=_shape_sd(fitted, fit))
     test = replace(test, dropped=found.dropped, checks=_checks(used, modes, geometry))
     status, advice = advice_on(test, fitted.converged, fitted.correlation)
     return replace(test, status=status, advice=advice)
@@ -150,6 +151,13 @@ def no_dof_twice(recording: str, channels: Sequence[Channel], what: str) -> None
                 recording=recording,
                 channel=channel.text,
             )
+
+
+def _shape_sd(fitted: RefinedModes, scaled: ModalFit) -> Real:
+    """Deviations of the shapes of the fit in the size that they are `scaled` to, (n_dof, n_modes)."""
+    assert fitted.shape_sd is not None
+    size = np.linalg.norm(scaled.shapes, axis=0) / np.maximum(np.linalg.norm(fitted.fit.shapes, axis=0), 1e-300)
+    return np.asarray(fitted.shape_sd * size)
 
 
 def _scaled(fit: ModalFit, points: tuple[DrivingPoint, ...]) -> ModalFit:
@@ -225,6 +233,7 @@ def _assembled(
         mpc=mpc(fit.shapes),
         mpd=mpd(fit.shapes),
         contribution=contributions(frf.freq, derivative_power(frf.kind), fit, H),
+        shape_sd=np.zeros(fit.shapes.shape),
         stabilisation=diagram,
         dropped=(),
         driving_points=points,

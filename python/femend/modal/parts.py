@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from femend.modal.choose import DroppedMode, choose_modes
 from femend.modal.lsfd import ModalFit, synthesise
 from femend.modal.plscf import PoleTable, plscf_poles
-from femend.modal.refine import RefinedModes
+from femend.modal.refine import RefinedModes, shape_deviations
 from femend.modal.stabilisation import Stabilisation, stabilise
 
 __all__ = ["FEWEST_LINES", "FoundModes", "find_modes", "misses", "octaves"]
@@ -101,10 +101,12 @@ def _found(band: _Band, parts: Sequence[Span]) -> FoundModes:
         band.freq, band.H, band.d, poles, participation.reshape(poles.size, band.H.shape[2]), band.residuals,
         band.noise, band.max_zeta,
     )  # fmt: skip
+    shape_sd = shape_deviations(band.freq, band.H, band.d, fitted, band.residuals)
     order = np.argsort(np.abs(fitted.fit.poles), kind="stable")
-    return FoundModes(
-        diagram, replace(fitted, fit=_ordered(fitted.fit, order), pole_cov=fitted.pole_cov[order]), dropped
+    fitted = replace(
+        fitted, fit=_ordered(fitted.fit, order), pole_cov=fitted.pole_cov[order], shape_sd=shape_sd[:, order]
     )
+    return FoundModes(diagram, fitted, dropped)
 
 
 def _ordered(fit: ModalFit, order: NDArray[np.int64]) -> ModalFit:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from femend.modal.lsfd import ModalFit, columns, stacked, unpack
 
-__all__ = ["RefinedModes", "refine_modes"]
+__all__ = ["RefinedModes", "refine_modes", "shape_deviations"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -26,7 +26,10 @@ Complex = NDArray[np.complex128]
 class RefinedModes:
     """`fit` with fitted poles; `pole_cov` (n_modes, 2, 2) covariance of Re(p), Im(p) in (rad/s)^2; `correlation`, the
     number of neighbouring lines whose residuals go together (>= 1, in the covariance already); `noise` (n_out,) rms of
-    the residual per output; `converged`; `cost`, the weighted squares, and `freedom`, the number of real data."""
+    the residual per output; `converged`; `cost`, the weighted squares, and `freedom`, the number of real data. `cov` is
+    that of all poles and participations together, as `_State.normal_equations` orders them, `scale` the factor by which
+    the variance of a residual counts, for lines that go together and unknowns; `shape_sd` (n_out, n_modes) is that of
+    `shape_deviations`, None as long as nobody asked."""
 
     fit: ModalFit
     pole_cov: Real
@@ -35,6 +38,9 @@ class RefinedModes:
     converged: bool
     cost: float
     freedom: int
+    cov: Real
+    scale: float
+    shape_sd: Real | None = None
 
 
 def refine_modes(
@@ -87,7 +93,40 @@ def refine_modes(
         converged,
         float(np.sum((residual * weight) ** 2)),
         y.size,
+        cov,
+        scale,
     )
+
+
+def shape_deviations(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str = "both") -> Real:
+    """Standard deviations (n_out, n_modes) of the real parts of `fitted`'s shapes, each turned to its principal axis as
+    `femend.data.identified.real_shapes` does; `freq`, `H`, `d` and `residuals` are those that it was fitted to.
+
+    The noise of an output goes through the columns to its coefficients. Poles and participations, with their
+    covariance, move these too; both parts add, since the residual that tells the poles is orthogonal to the columns
+    (Golub and Pereyra 2003). What multiplies all of a shape counts for nothing: no scale is compared. Raises nothing.
+    """
+    fit = fitted.fit
+    n = fit.poles.size
+    if not n:
+        return np.zeros((H.shape[1], 0))
+    state = _State(freq, d, residuals, stacked(H), fit.poles, fit.participation)
+    inverse = np.linalg.pinv(state.Phi)[: 2 * n]
+    turn = np.exp(-0.5j * np.angle(np.sum(fit.shapes**2, axis=0)))  # (n,)
+    real = turn.real[:, None] * inverse[0::2] - turn.imag[:, None] * inverse[1::2]
+    own = np.outer(0.5 * fitted.scale * fitted.noise**2, np.sum(real**2, axis=1))
+    K, pair = state.steps(np.ones(H.shape[1]))
+    B = (inverse @ state.derivatives()).reshape(2 * n, -1, 2)[:, pair]  # (2 n, unknowns, 2)
+    values, vectors = np.linalg.eigh(fitted.cov)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    moving = np.zeros(own.shape)
+    for r in range(n):  # one mode after the other: all at once take n times the memory
+        change = np.einsum("iu,iuo->io", B[2 * r] + 1j * B[2 * r + 1], K)
+        psi = fit.shapes[:, r]
+        whole = change @ psi.conj() / max(float(np.sum(np.abs(psi) ** 2)), 1e-300)
+        g = (turn[r] * (change - np.outer(whole, psi))).real  # (unknowns, n_out)
+        moving[:, r] = ((root.T @ g) ** 2).sum(axis=0)
+    return np.asarray(np.sqrt(own + moving))
 
 
 def _normalised(participation: Complex) -> Complex:
@@ -107,10 +146,10 @@ class _State:
         self.Q, R = np.linalg.qr(Phi / size)
         self.n_columns = Phi.shape[1]
         self.x = np.linalg.lstsq(R, self.Q.T @ y, rcond=1e-12)[0] / size[:, None]
-        self._Phi = Phi
+        self.Phi = Phi
 
     def residual(self) -> Real:
-        return np.asarray(self.y - self._Phi @ self.x)
+        return np.asarray(self.y - self.Phi @ self.x)
 
     def cost(self, weight: Real) -> float:
         return float(np.sum((self.residual() * weight) ** 2))
@@ -121,7 +160,7 @@ class _State:
         fixed = np.argmax(np.abs(self.participation), axis=1)
         return [(r, j) for r in range(n_modes) for j in range(n_ref) if j != fixed[r]]
 
-    def _derivatives(self) -> Real:
+    def derivatives(self) -> Real:
         """Pairs of columns D (rows, 2 q): by the pole of each mode, then by each free participation component."""
         s = 2j * np.pi * self.freq
         scale = s**self.d
@@ -143,27 +182,32 @@ class _State:
 
     def normal_equations(self, weight: Real) -> tuple[Real, Real]:
         """J^T J and J^T r of the outputs weighted by `weight` (n_out,), unknowns: Re(p), Im(p), Re(l), Im(l) (8)."""
-        D = self._derivatives()
+        D = self.derivatives()
         D -= self.Q @ (self.Q.T @ D)
         gram, moment = D.T @ D, D.T @ (self.residual() * weight)
+        if not self.poles.size:
+            return np.zeros((0, 0)), np.zeros(0)
+        K, pair = self.steps(weight)
+        n_q = D.shape[1] // 2
+        KK = np.einsum("iuo,jvo->ijuv", K, K, optimize=True)
+        G = gram.reshape(n_q, 2, n_q, 2).transpose(0, 2, 1, 3)[np.ix_(pair, pair)]
+        return np.sum(KK * G, axis=(2, 3)), np.einsum("iuo,iuo->i", K, moment.reshape(n_q, 2, -1)[pair])
+
+    def steps(self, weight: Real) -> tuple[Real, NDArray[np.int64]]:
+        """What a step in each unknown, Re(p), Im(p), Re(l), Im(l), does to outputs weighted by `weight` (n_out,): the
+        factors K (n, 2, n_out) on a pair of columns of `derivatives`, and which pair that is, (n,)."""
         n_modes = self.poles.size
         modes = np.concatenate([np.arange(n_modes), [r for r, _ in self.free()]]).astype(int)
         n_q = modes.size
-        if not n_q:
-            return np.zeros((0, 0)), np.zeros(0)
         a, b = self.x[2 * modes] * weight, self.x[2 * modes + 1] * weight  # (n_q, n_out)
         # c = a + i b multiplies the first column of a pair by a and the second by b; a step along i turns c into i c
         K = np.stack([np.stack([a, b]), np.stack([-b, a])])  # (part, column of the pair, q, n_out)
         K = K.transpose(0, 2, 1, 3).reshape(2 * n_q, 2, -1)  # unknown: all real parts, then all imaginary parts
         pair = np.concatenate([np.arange(n_q), np.arange(n_q)])
-        KK = np.einsum("iuo,jvo->ijuv", K, K, optimize=True)
-        G = gram.reshape(n_q, 2, n_q, 2).transpose(0, 2, 1, 3)[np.ix_(pair, pair)]
-        J2 = np.sum(KK * G, axis=(2, 3))
-        gradient = np.einsum("iuo,iuo->i", K, moment.reshape(n_q, 2, -1)[pair])
         order = np.concatenate(
             [np.arange(n_modes), n_q + np.arange(n_modes), np.arange(n_modes, n_q), n_q + np.arange(n_modes, n_q)]
         )
-        return J2[np.ix_(order, order)], gradient[order]
+        return K[order], pair[order]
 
     def moved(self, step: Real) -> _State:
         n_modes = self.poles.size

@@ -34,6 +34,8 @@ class ModalTest:
     receptance. Per mode (n_modes,): `modal_mass` for the largest component 1 (nan without a driving point),
     `mass_sd_share`, the relative standard deviation of that mass from noise at the driving points, `mpc`, `mpd` in
     degrees, and `contribution`, the mode's share of |H|^2 within its half-power band.
+    `shape_sd` (n_dof, n_modes) are the standard deviations of the shapes' real parts, once turned to real, in the size
+    of `modes.shapes`: noise, and what poles are off by; what multiplies a whole shape is not in them.
     `stabilisation` is the diagram; `dropped` are stable poles that were not kept, `driving_points` and `checks` what
     was looked at. `status` is "ok", "doubtful" or "no modes"; `advice` says what to look at.
     """
@@ -53,6 +55,7 @@ class ModalTest:
     mpc: Real
     mpd: Real
     contribution: Real
+    shape_sd: Real
     stabilisation: Stabilisation
     dropped: tuple[DroppedMode, ...]
     driving_points: tuple[DrivingPoint, ...]

@@ -151,7 +151,8 @@ def frf_kind(name: str, channels: Sequence[Channel], ins: list[int], outs: list[
     if len(labels) > 1 or next(iter(labels))[0] not in KINDS:
         raise SignalError(
             f"recording {name!r}: the responses are {', '.join(f'{q} [{u}]' for q, u in sorted(labels))}; one FRF has "
-            "outputs of one quantity and unit, convert them (to_quantity) or choose outputs",
+            "outputs of one quantity and unit: leave out those of the other kind, as rotations beside translations, or "
+            "make them one (`femend.signal.to_quantity`)",
             recording=name,
         )
     forces = {channels[i].unit for i in ins}

@@ -23,8 +23,13 @@ FloatArray = NDArray[np.float64]
 RISE, OVER_NOISE = 0.1, 8.0
 # a second peak above this share of the first is a double hit; a hit weaker than this share of the median is left out
 DOUBLE, FEEBLE = 0.05, 0.2
+# a recorder's filter rings to both sides around a short blow: so many widths of the pulse around, and samples at
+# least, hold a swing of its ringing the other way, which is at least as large next to the blow
+RINGING, LEAST_RINGING = 2, 4
 # the force window reaches this many widths of the pulse beyond its end, and is at least this many samples
 AFTER, LEAST = 2.0, 4
+# samples on either side of the pulse that belong to it as far as they stand out of the noise: the filter's ringing
+RUNG = 32
 # share of its largest value to which a response must have fallen at the end not to be cut off
 RUNG_OUT = 0.05
 
@@ -75,7 +80,8 @@ def find_hits(
     """Hits in the force channel of `data` (row `force`, by default its one force), each with a block of `block` s.
 
     A block begins the share `before` of its length ahead of the peak. A hit is rejected, with the reason, for a second
-    peak in its block above the share `double` of its own (double hit, or the next one coming too early), a force or
+    peak in its block above the share `double` of its own (double hit, or the next one coming too early; not what the
+    recorder's filter rings, which swings the other way as far), a force or
     response that is clipped (a flat top of two samples or more at the record's extreme, or at `full_scale` of the
     force), a block that reaches beyond the record, and a peak below a fifth of the median of all.
 
@@ -151,9 +157,9 @@ def _reasons(
     pulse_end = _pulse_end(x, at)
     noise = OVER_NOISE * 1.4826 * float(np.median(np.abs(x)))
     rest = x[pulse_end:last]
-    limit = max(double * x[at], noise)
-    if rest.size and rest.max() > limit:
-        second = pulse_end + int(np.argmax(rest))
+    again = rest > np.maximum(max(double * x[at], noise), _ringing(x, at, pulse_end, last))
+    if again.any():
+        second = pulse_end + int(np.argmax(np.where(again, rest, 0.0)))
         reasons.append(
             f"second peak of {x[second] / x[at]:.0%} at {data.t0 + second * data.dt:.4f} s: a double hit, or the next"
         )
@@ -165,6 +171,18 @@ def _reasons(
         if flat is not None and channel.quantity not in ("tacho", "voltage"):
             reasons.append(f"{channel.text} is overloaded at {data.t0 + (first + flat) * data.dt:.4f} s")
     return reasons
+
+
+def _ringing(x: FloatArray, at: int, pulse_end: int, last: int) -> FloatArray:
+    """How far the force swings below 0 around each sample from `pulse_end` to `last`: a hammer pushes, so that this is
+    the recorder's anti-alias filter, whose swings the other way are no blows."""
+    from scipy.ndimage import minimum_filter1d
+
+    begin = at - _pulse_end(x[: at + 1][::-1], 0)
+    reach = max(LEAST_RINGING, RINGING * (pulse_end - begin))
+    first = max(pulse_end - reach, 0)
+    below = minimum_filter1d(x[first : last + reach], 2 * reach + 1, mode="nearest")
+    return np.asarray(np.maximum(-below[pulse_end - first : last - first], 0.0))
 
 
 def _pulse_end(x: FloatArray, at: int) -> int:
@@ -258,12 +276,21 @@ def _cut(data: TimeData, row: int, hit: Hit, n: int, window_force: bool) -> Floa
     if window_force:
         x = data.values[row] - np.median(data.values[row])
         x = x if x.max() >= -x.min() else -x
-        begin = at - (_pulse_end(x[: at + 1][::-1], 0))
-        stop = _pulse_end(x, at)
+        begin, stop = at - (_pulse_end(x[: at + 1][::-1], 0)), _pulse_end(x, at)
         more = max(LEAST, int(AFTER * (stop - begin)))
+        begin, stop = _with_ringing(x, begin, stop)
         keep = force_window(n, max(0, begin - first - LEAST), min(n, stop - first + more), more)
         block[row] *= keep.values
     return block
+
+
+def _with_ringing(x: FloatArray, begin: int, stop: int) -> tuple[int, int]:
+    """The pulse from `begin` to before `stop` with what rings around it, without which the force lacks its highest
+    frequencies."""
+    first = max(begin - RUNG, 0)
+    noise = OVER_NOISE * 1.4826 * float(np.median(np.abs(x)))
+    rings = first + np.flatnonzero(np.abs(x[first : stop + RUNG]) > noise)
+    return min(begin, int(rings[0])), max(stop, int(rings[-1]) + 1)
 
 
 def _cut_off(x: FloatArray, channels: Sequence[Channel], row: int) -> list[str]:

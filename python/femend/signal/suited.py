@@ -49,17 +49,18 @@ def blow_block(data: TimeData, at: NDArray[np.float64]) -> float:
     return BLOCK * float(np.diff([*at, data.duration]).min())
 
 
-def suited_frf(data: TimeData) -> tuple[FRF, tuple[str, ...]]:
+def suited_frf(data: TimeData, block: float | None = None) -> tuple[FRF, tuple[str, ...]]:
     """FRFs (H1) of `data`, and what to mind about them.
 
     A hammer's record is cut at its blows, each with its ringing, without a window that would tear them apart (ISO
-    7626-5); others, and blows of which none can be used, are averaged over pieces (`estimate_frf`). A coherence of less
-    than three blows says nothing and is left out. Raises what `estimate_frf` raises.
+    7626-5), in pieces of `block` s, by default as long as the blows are apart; others, and blows of which none can be
+    used, are averaged over pieces (`estimate_frf`). A coherence of less than three blows says nothing and is left out.
+    Raises what `estimate_frf` raises.
     """
     at = blows(data)
     if not at.size:
         return estimate_frf(data).frf, ()
-    block = blow_block(data, at)
+    block = blow_block(data, at) if block is None else block
     try:
         found = impact_frf(data, block, before=min(BEFORE, BLOCK * float(at[0]) / max(block, data.dt)))
     except SignalError as error:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.reading.coarse import longer_pieces, too_coarse
+from femend.bench.reading.roved import Part, is_part, joined_part, parts_of_one_test
 from femend.correlate import mpc
 from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra
 from femend.data.bands import within_band
@@ -25,7 +26,8 @@ from femend.modal.output_only import identify_output_only
 from femend.modal.output_only.prepare import motion_rows
 from femend.numerals import plain
 from femend.progress import Progress
-from femend.signal import estimate_frf, periodic_frf
+from femend.signal import estimate_frf, periodic_frf, to_quantity
+from femend.signal.calculus import DERIVATIVES
 from femend.signal.suited import blows, suited_frf
 from femend.study.doubts.sampled import too_slow_for_band, too_slow_for_modes
 from femend.study.file.channels_sound import with_warnings
@@ -86,27 +88,48 @@ def measured_modes(
     Recordings to be predicted hold inputs only and are passed over, and so are a rotor's runs, which have operating
     shapes (`femend.bench.reading.runs`). Raises what the readers and the identification raise.
     """
-    found: list[MeasuredModes] = []
-    passed: list[str] = []
+    every: list[MeasuredModes | Part | str | None] = []
     used = [r for r in study.recordings if r.role != "predict"]
     progress.start("identify modes", len(used))
     for recording in used:
         try:
-            one = _modes_of(recording, study, lowest)
+            every.append(_modes_of(recording, study, lowest))
         except FemendError as error:
             error.add_note(f"while reading [[recording]] {recording.name!r} of {study.file}")
             raise
         progress.advance()
-        if isinstance(one, str):
-            passed.append(one)
-        elif one is not None:
-            found.append(one)
-    return tuple(found), tuple(passed)
+    found = _of_parts(every, study, lowest)
+    return tuple(m for m in found if isinstance(m, MeasuredModes)), tuple(m for m in found if isinstance(m, str))
+
+
+def _of_parts(
+    every: list[MeasuredModes | Part | str | None], study: Study, lowest: Callable[[], FloatArray] | None
+) -> list[MeasuredModes | str]:
+    """`every` recording's modes, those of `Part`s identified: of parts of one test together, else one by one."""
+    at = [i for i, one in enumerate(every) if isinstance(one, Part)]
+    parts = [one for one in every if isinstance(one, Part)]
+    whole: dict[int, Recording] = {at[i]: p.full for i, p in enumerate(parts)}
+    for moved, group in parts_of_one_test(parts):
+        joined = joined_part([parts[i] for i in group], moved)
+        first = at[group[0]]
+        if isinstance(joined, str):
+            whole[first] = replace(whole[first], warnings=(*whole[first].warnings, joined))
+            continue
+        whole[first] = joined
+        for i in group[1:]:
+            del whole[at[i]]
+    out: list[MeasuredModes | str] = []
+    for i, one in enumerate(every):
+        if i in whole:
+            out.append(_identified(whole[i], study, lowest))
+        elif one is not None and not isinstance(one, Part):
+            out.append(one)
+    return out
 
 
 def _modes_of(
     recording: StudyRecording, study: Study, lowest: Callable[[], FloatArray] | None
-) -> MeasuredModes | str | None:
+) -> MeasuredModes | Part | str | None:
     band = study.correlation.band
     read = read_modes(recording.file, units=study.units)
     about = (recording.name, recording.role, recording.configuration)
@@ -127,18 +150,38 @@ def _modes_of(
         return f"recording {recording.name!r} is auto or cross spectra, from which no modes are taken here"
     slow = too_slow_for_band(full, band)
     full = replace(full, warnings=(*slow, *full.warnings))
+    if recording.excitation == "measured":
+        full = _of_one_quantity(full)
+        structure = next((s.name for s in study.updating.structure if recording.name in s.recordings), "")
+        if (part := is_part(full, structure)) is not None:
+            return part
+    return _identified(full, study, lowest)
+
+
+def _identified(full: Recording, study: Study, lowest: Callable[[], FloatArray] | None) -> MeasuredModes | str:
+    """The modes of a recording that was read, or why there are none."""
+    band, about = study.correlation.band, (full.name, full.role, full.configuration)
+    slow = too_slow_for_band(full, band)
 
     def too_slow() -> tuple[str, ...]:
         return slow or _too_slow(full, lowest)
 
     try:
-        if recording.excitation != "measured":
+        if full.excitation != "measured":
             return _of_responses(full, about, band, too_slow)
         return _of_frfs(full, about, study, too_slow)
     except FemendError as error:
         for text in too_slow():
             error.add_note(text)
         raise
+
+
+def _of_one_quantity(full: Recording) -> Recording:
+    """A time record whose sensors measure displacements, velocities and accelerations as one of accelerations, so that
+    its FRFs are of one kind; others as they are."""
+    if not full.is_time or len({full.time.channels[i].quantity for i in full.time.rows(*DERIVATIVES)}) < 2:
+        return full
+    return replace(full, data=to_quantity(full.time, "acceleration"))
 
 
 def _damping_doubts(modes: IdentifiedModes, study: Study) -> list[str]:
@@ -208,7 +251,7 @@ def _of_frfs(full: Recording, about: About, study: Study, too_slow: TooSlow) -> 
     if not isinstance(full.data, FRF):
         told += tuple(f"{who}: {t}" for t in too_coarse(test.modes, full.time, frf))
     return MeasuredModes(
-        *about, test.modes, FRFS, test, shown, geometry=full.geometry, warnings=(*full.warnings, *told, *beyond)
+        *about, test.modes, FRFS, test, shown, test.shape_sd, full.geometry, (*full.warnings, *told, *beyond)
     )
 
 

@@ -165,6 +165,13 @@ def _configuration(study: Study, c: Counted, seen: _Seen) -> Configuration:
     return Configuration(c.name, seen.system, tuple(_responses(c, study, phi, phi_sd)), test, links)
 
 
+def _mac_sd(c: Counted, shape_sd: float) -> FloatArray:
+    """Deviations (n_modes,) of (1 - sqrt(MAC)) / sqrt(MAC): what is stated of shapes, and in squares what the noise of
+    the test takes of it, half the share of noise in the squares of a shape."""
+    noise = np.maximum(c.phi_sd**2 - shape_sd**2, 0.0).sum(axis=0)
+    return np.asarray(np.hypot(shape_sd, 0.5 * noise / np.maximum((c.phi**2).sum(axis=0), 1e-300)))
+
+
 def _responses(c: Counted, study: Study, phi: FloatArray, phi_sd: FloatArray) -> list[Response]:
     found: list[Response] = []
     for name in study.updating.responses:
@@ -173,7 +180,7 @@ def _responses(c: Counted, study: Study, phi: FloatArray, phi_sd: FloatArray) ->
         elif name == "shapes":
             found.append(ShapeDifferences(phi, phi_sd))
         elif name == "mac":
-            found.append(MacDifferences(phi, np.full(c.freq.size, study.updating.shape_sd)))
+            found.append(MacDifferences(phi, _mac_sd(c, study.updating.shape_sd)))
         elif name == "damping":
             found.append(DampingRatios(c.zeta, c.zeta_sd))
         elif c.frf is not None and c.frf_sd is not None:

@@ -22,6 +22,7 @@ from femend.bench.reading.compared import Compared
 from femend.bench.reading.links import deck_priors, kept_as_drawn, links_result
 from femend.bench.updating.contradicting import contradicting
 from femend.bench.updating.counted import Counted
+from femend.bench.updating.damped_shifts import shifted_by_damping
 from femend.bench.updating.drawn import Drawn
 from femend.bench.updating.field_result import fields_result, grouped, made_for_fields
 from femend.bench.updating.left import Unmet, what_is_left
@@ -64,6 +65,7 @@ def update_result(
         *contradicting(counted),
         *update_advice(found, told, recordings, unmet, made_for_fields(prepared.study, prepared.model)),
         *passed_over(counted, recordings),
+        *shifted_by_damping(prepared, found, counted, after),
         *([mesh_advice(prepared, counted)] if unmet.off else []),
         *(text for one in more for text in one.advice()),
     ]

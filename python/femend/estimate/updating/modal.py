@@ -19,7 +19,7 @@ from femend.estimate.updating.matrices import DeckMatrices, Matrices
 from femend.estimate.updating.modal_damping import ratio_slopes, ratios
 from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics
-from femend.estimate.updating.rigid import mass_and_centre, motion_slopes, motions
+from femend.estimate.updating.rigid import Inertia, inertia_of
 from femend.estimate.updating.state import State, check_factors
 from femend.model import Model
 
@@ -38,9 +38,7 @@ class ModalSystem:
     With `shapes` False no derivatives of shapes are made, which makes a step cheap where frequencies alone are met. The
     modes of one solution start the search for the next. With `frfs` or `damping`, which asks for the modes' damping
     ratios "zeta", the parameters "alpha", "beta", "eta" follow those of the matrices; a deck's own dashpots and loss
-    factors are in its FRFs and ratios. `rigid` (n, 6) are rigid-body motions about
-    the origin: with them "mass" (1,) and "centre" (3,) are given. `rigid_slopes` (n_morphs, n, 6) are their derivatives
-    with respect to the last of the matrices' parameters, in which they are linear.
+    factors are in its FRFs and ratios. With `rigid` "mass" (1,) and "centre" (3,) are given.
     """
 
     matrices: Matrices
@@ -49,8 +47,7 @@ class ModalSystem:
     shapes: bool = True
     frfs: Frfs | None = None
     statics: Statics | None = None
-    rigid: FloatArray | None = None
-    rigid_slopes: FloatArray | None = None
+    rigid: Inertia | None = None
     defaults: Mapping[str, float] = field(default_factory=dict)
     damping: bool = False
     _start: FloatArray | None = field(default=None, repr=False)
@@ -91,7 +88,7 @@ class ModalSystem:
         if self.statics is not None:
             values["static"] = self._rows(self.statics.outputs) @ self._factor(K).solve(self.statics.loads)
         if self.rigid is not None:
-            values |= mass_and_centre(self._products(M, self._motions(own)))
+            values |= self.rigid.values(own)
         return State(values, lambda n: self._slopes(own, K, M, lam, phi, factors, n))
 
     def _slopes(
@@ -117,14 +114,7 @@ class ModalSystem:
         if self.statics is not None:
             out["static"] = self._static_slopes(K, dK)
         if self.rigid is not None:
-            R = self._motions(own)
-            products = [self._products(one, R) for one in dM]
-            turned = [] if self.rigid_slopes is None else list(self.rigid_slopes)
-            for i, dR in enumerate(turned, start=len(own) - len(turned)):
-                half = self._products(M, R, dR)
-                products[i] = products[i] + half + half.T
-            parts = [mass_and_centre(self._products(M, R), one) for one in products]
-            out |= {name: np.array([part[name] for part in parts]) for name in ("mass", "centre")}
+            out |= self.rigid.slopes(own)
         extra = len(self.names) - len(own)
         out = {name: np.concatenate([v, np.zeros((extra, *v.shape[1:]))]) for name, v in out.items()}
         if self.frfs is not None:
@@ -216,17 +206,6 @@ class ModalSystem:
         n = len(self._pattern[0]) - 1
         return csc_array((values, self._pattern[1], self._pattern[0]), shape=(n, n))
 
-    def _motions(self, own: FloatArray) -> FloatArray:
-        """Rigid-body motions (n, 6) with the nodes where they are."""
-        assert self.rigid is not None
-        if self.rigid_slopes is None:
-            return self.rigid
-        return np.asarray(self.rigid + np.tensordot(own[len(own) - len(self.rigid_slopes) :], self.rigid_slopes, 1))
-
-    def _products(self, M: FloatArray, R: FloatArray, left: FloatArray | None = None) -> FloatArray:
-        """R^T M R (6, 6), or with another factor on the left."""
-        return np.asarray((R if left is None else left).T @ (self._sparse(M) @ R))
-
     def _ends(self) -> tuple[FloatArray, FloatArray]:
         assert self.frfs is not None
         return (
@@ -309,12 +288,12 @@ def deck_system(
     damping: bool = False,
 ) -> ModalSystem | DenseSystem:
     """A deck with parameters and morphs, seen at `sensors` in their signed directions (a `Dof` or its text, "3:-Z");
-    `inertia` asks for mass and centre of gravity.
+    `inertia` asks for mass and centre of gravity, of the whole deck as it stands on a balance, without its supports.
 
     `n_modes`, `shapes`, `frfs`, `damping` as of `ModalSystem`; a morph is a parameter that is 0 as the deck stands.
-    DOFs that the deck holds have no mass here: read it with `spc=0` for the inertia. Raises PairingError for a sensor
-    at a node that the deck does not have, and UpdatingError for one on a rigid element that a morph moves, and for the
-    inertia where a morph moves a node with displacement axes of its own; ArgumentError for what is no sensor.
+    Raises PairingError for a sensor at a node that the deck does not have, and UpdatingError for one on a rigid element
+    that a morph moves, and for the inertia where a morph moves a node with displacement axes of its own or GRIDs hold
+    mass for good (PS); ArgumentError for what is no sensor.
     """
     from scipy.sparse import csr_array
 
@@ -327,13 +306,13 @@ def deck_system(
     if model.morphs:
         _check_morphs(model, dofs)
         still = {m.name: 0.0 for m in model.morphs}
-        rigid, turning = (motions(model), motion_slopes(model)) if inertia else (None, None)
-        B = csr_array(B)
-        return ModalSystem(MorphedMatrices(model), B, n_modes, shapes, frfs, None, rigid, turning, still, damping)
+        rigid = inertia_of(model) if inertia else None
+        return ModalSystem(MorphedMatrices(model), csr_array(B), n_modes, shapes, frfs, None, rigid, still, damping)
     system = modal_system(DeckMatrices(model), B, n_modes, shapes=shapes, frfs=frfs, damping=damping)
     if not inertia:
         return system
-    return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=motions(model), damping=damping)
+    rigid = inertia_of(model)
+    return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=rigid, damping=damping)
 
 
 def _check_morphs(model: Model, sensors: Sequence[Dof]) -> None:

@@ -67,7 +67,7 @@ def limits(unknowns: Unknowns) -> tuple[FloatArray, FloatArray]:
     """Lower and upper limits (n,), (n,) of p, infinite where there are none.
 
     Raises UpdatingError for limits that exclude each other, that a positive unknown cannot have, or that exclude the
-    prior's mean.
+    prior's mean, and for a scale that is not above 0, with which a value would never change.
 
     >>> lower, upper = limits(Unknowns.of([factor("E", 0.1, (0.5, 2.0))]))
     >>> (float(lower[0]), float(upper[0]))
@@ -77,6 +77,11 @@ def limits(unknowns: Unknowns) -> tuple[FloatArray, FloatArray]:
     for i, u in enumerate(unknowns.items):
         if not u.sd > 0:
             raise UpdatingError(f"the prior of {u.name!r} has a standard deviation of {u.sd:g}; it takes one above 0")
+        if not (np.isfinite(u.scale) and u.scale > 0):
+            raise UpdatingError(
+                f"the unknown {u.name!r} has a scale of {u.scale:g}, by which its p is multiplied: give one above 0, 1 "
+                "where p is the value; where the search starts is `mean`"
+            )
         if u.bounds is None:
             continue
         low, high = u.bounds
