@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.element.element import ElementFit, fit_element, refit_element
+from femend.diagnose.element import ElementFit, fit_element, refit_element
 
 SETTINGS = ("20lb", "35lb", "80lb")
 # every fourth sample: 256 a second of a motion at 0.5 and 1 Hz

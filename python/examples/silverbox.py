@@ -23,9 +23,9 @@ from scipy.io import loadmat
 
 import femend as fe
 from femend import Channel, Recording, Test, TimeData
+from femend.diagnose import NamedAt, name_at
 from femend.diagnose.fitting.output_fit import OutputFit, TimeRecord, fit_output
 from femend.diagnose.fitting.output_laws import modes_of, with_further_law
-from femend.diagnose.naming.name_at import NamedAt, name_at
 from femend.dof import Dof
 from femend.model import find_places
 from femend.physics import catalogue, physics

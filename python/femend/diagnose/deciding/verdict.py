@@ -251,5 +251,5 @@ def _more_sensors(found: Diagnosis) -> str:
     return (
         f"the updated model leaves {plain(found.null.score, 3)} times what noise explains, but with {n} response(s) a "
         f"force anywhere explains everything; record at least {n + 1} responses, or name the law at a place you "
-        "suspect with femend.diagnose.naming.name_at.name_at"
+        "suspect with femend.diagnose.name_at"
     )
