@@ -66,7 +66,13 @@ def test_a_law_of_a_beginning_is_sure_near_the_noise_or_where_models_part_as_far
     monkeypatch.setattr(verdict, "parting", lambda found: rest)
     monkeypatch.setattr(verdict, "most_of_noise", lambda found: times)
     monkeypatch.setattr(verdict, "further_off", lambda found, errors, what_to_do: "")
-    of_the_law = replace(dashpot_and_cubic.diagnosis, verdict="missing-physics", sigma=4.0)
+    both = dashpot_and_cubic.diagnosis
+    assert both.further is not None
+    cubic = next(term.candidate for term in both.further.terms.terms if term.candidate.nonlinear)
+    of_the_law = replace(both, verdict="missing-physics", sigma=4.0, best=cubic, advice="as it was")
     found = verdict._of_a_beginning(of_the_law, of_the_law)
     assert found.verdict == told
-    assert found.advice == (rest.otherwise or of_the_law.advice)
+    if rest.accounts:
+        assert "part from each other" in found.advice
+    else:
+        assert found.advice == (rest.otherwise or "as it was")

@@ -290,6 +290,8 @@ def test_a_law_of_the_beginning_alone_says_so() -> None:
     # of records that end before the window has closed no more than half
     assert "the first 3 s" in only_beginning(0.3, shortest=6.0)
     assert "impacts" in only_beginning(6.8)
+    assert "as well part from each other" in only_beginning(6.8, parts=True)
+    assert "impacts" not in only_beginning(6.8, parts=True)
     # with linear laws motion does not part from its path
     assert "impacts" not in only_beginning(6.8, nonlinear=False)
     assert "beside the law is missing" in only_beginning(6.8, nonlinear=False)

@@ -85,7 +85,9 @@ def _of_a_beginning(found: Diagnosis, told: Diagnosis) -> Diagnosis:
     rest = parting(told)
     if rest.otherwise:
         return replace(told, verdict="located-not-named", advice=rest.otherwise)
-    sure = rest.accounts or most_of_noise(whole) <= told.settings.together
+    if rest.accounts and told.best is not None:
+        return replace(told, advice=beside_laws([told.best], told.problem, told.sigma, parts=True))
+    sure = most_of_noise(whole) <= told.settings.together
     return told if sure else replace(told, verdict="located-not-named")
 
 

@@ -51,17 +51,19 @@ PART_OF_ALL = (
 )
 
 
-def beside_laws(laws: Sequence[Candidate], problem: Problem, sigma: float) -> str:
-    """What has to be said of laws that explain the recordings in a window exp(-sigma t); nothing of most."""
+def beside_laws(laws: Sequence[Candidate], problem: Problem, sigma: float, *, parts: bool = False) -> str:
+    """What has to be said of laws that explain the recordings in a window exp(-sigma t), whose motion `parts` later on
+    as far as they leave; nothing of most."""
     shortest = min((r.n * r.dt for r in problem.records if r.frf is None), default=inf)
-    beginning = only_beginning(sigma, any(law.nonlinear for law in laws), shortest)
+    beginning = only_beginning(sigma, any(law.nonlinear for law in laws), shortest, parts=parts)
     return "; ".join(filter(None, [beginning, *(_at_frequency(law, problem) for law in laws)]))
 
 
-def only_beginning(sigma: float, nonlinear: bool = True, shortest: float = inf) -> str:
+def only_beginning(sigma: float, nonlinear: bool = True, shortest: float = inf, *, parts: bool = False) -> str:
     """What has to be said of a law that was compared in a window exp(-sigma t), of the `shortest` record's length (s)
     one half at the most; nothing of one on whole records. Motion with a linear one can be followed to the end, so that
-    what it leaves later on has another reason."""
+    what it leaves later on has another reason; with a nonlinear one models that explain the beginning as well may be
+    known to part (`parts`)."""
     if sigma == 0:
         return ""
     first = seconds_seen(sigma, shortest)
@@ -71,11 +73,17 @@ def only_beginning(sigma: float, nonlinear: bool = True, shortest: float = inf) 
             "something beside the law is missing that was not found. How far predictions are off, the errors of "
             "held-out recordings tell: add sensors where the mismatch map is high, or a recording at another level"
         )
-    return reach + (
-        "no simulation stays with motion that depends on its past so much (impacts do that), or something beside the "
-        "law is missing. How far predictions are off, the errors of held-out recordings tell: record short bursts from "
-        "rest to check it"
+    why = (
+        "models that explain that beginning as well part from each other later on, so that the rest does not speak "
+        "against it"
+        if parts
+        else "no simulation stays with motion that depends on its past so much (impacts do that), or something beside "
+        "the law is missing"
     )
+    told = (
+        "How far predictions are off, the errors of held-out recordings tell: record short bursts from rest to check it"
+    )
+    return f"{reach}{why}. {told}"
 
 
 def seconds_seen(sigma: float, shortest: float = inf) -> str:
