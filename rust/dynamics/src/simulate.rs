@@ -8,6 +8,7 @@
 //! stiffness). Modes whose half period is close to a substep follow their force statically.
 
 mod abreast;
+mod beside;
 mod decimate;
 mod lane;
 mod modal;

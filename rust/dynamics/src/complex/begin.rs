@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use femend_linalg::{Factor, Kind as FactorKind, LinalgError, Symbolic, SymmetricCsc};
 
-use super::solve::{ComplexOptions, SMALL};
+use super::options::{ComplexOptions, SMALL};
 use super::terms::{Parts, Power, Term};
 use crate::DynamicsError;
 use crate::modes::{ModeOptions, Modes, Shifted, modes_and_factor};

@@ -4,21 +4,8 @@ use femend_linalg::Dense;
 use num_complex::Complex64;
 
 use super::coinciding::biorthogonal;
-use super::select::Wanted;
+use super::select::{PoleKind, Wanted};
 use super::side::Side;
-
-/// What a pole is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PoleKind {
-    /// λ = 0.
-    Rigid,
-    /// Im λ > 0; with its conjugate.
-    Oscillatory,
-    /// Real.
-    Overdamped,
-    /// Im λ < 0 with structural damping: not physical there, but a pole of the same rational function.
-    Mirrored,
-}
 
 /// Complex modes at one speed.
 #[derive(Debug, Clone)]

@@ -12,6 +12,7 @@ mod coinciding;
 mod correction;
 mod found;
 mod krylov;
+mod options;
 mod probe;
 mod projected;
 mod response;
@@ -23,6 +24,8 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
-pub use found::{ComplexModes, PoleKind};
-pub use solve::{ComplexOptions, ComplexProblem};
+pub use found::ComplexModes;
+pub use options::ComplexOptions;
+pub use select::PoleKind;
+pub use solve::ComplexProblem;
 pub use terms::{Power, Term};

@@ -72,7 +72,7 @@ impl ComplexProblem {
     ) -> f64 {
         let x = self.space.expand(&stacked(self.space.len(), y));
         let products = Products::new(&self.space.terms, speed, &x, false);
-        let floor = self.rounding(&x);
+        let floor = self.full().rounding(&x);
         let mut worst = 0.0f64;
         for j in 0..b.ncols() {
             let (mut r, _) = products.residual(j, s, 0.0);

@@ -2,15 +2,27 @@
 
 use std::f64::consts::TAU;
 
-use super::found::PoleKind;
+use super::options::ComplexOptions;
 use super::projected::{Pair, Projected};
-use super::solve::ComplexOptions;
 use crate::DynamicsError;
 
 /// |λ| below this beside s₀ is a rigid-body motion: twice 0, which rounding splits by the root of its size.
 const RIGID: f64 = 1e-5;
 /// |Im λ| below this beside |λ| is an overdamped pole.
 const REAL: f64 = 1e-7;
+
+/// What a pole is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PoleKind {
+    /// λ = 0.
+    Rigid,
+    /// Im λ > 0; with its conjugate.
+    Oscillatory,
+    /// Real.
+    Overdamped,
+    /// Im λ < 0 with structural damping: not physical there, but a pole of the same rational function.
+    Mirrored,
+}
 
 /// A wanted pole.
 #[derive(Debug, Clone)]

@@ -4,8 +4,9 @@ use femend_linalg::Dense;
 use num_complex::Complex64;
 
 use super::select::Wanted;
-use super::solve::ComplexProblem;
+use super::space::Space;
 use super::terms::{Products, stacked};
+use crate::modes::Compact;
 
 /// Multiples of the rounding error of D(λ) ψ that a residual may have left.
 const ROUNDING: f64 = 16.0;
@@ -39,38 +40,47 @@ impl Side {
         let done = |j: usize| self.residual[j] <= tolerance.max(self.floor[j]);
         (0..self.residual.len()).filter(|&j| !done(j)).collect()
     }
-}
 
-impl ComplexProblem {
     /// The vectors of one side in the space, `transposed` for left ones, with their residuals.
-    pub(super) fn side(
-        &self,
+    pub fn of(
+        full: &Full,
         speed: f64,
         wanted: &[Wanted],
         vectors: &[&[Complex64]],
         transposed: bool,
-    ) -> Side {
+    ) -> Self {
         let y: Vec<Complex64> = vectors.concat();
-        let x = self.space.expand(&stacked(self.space.len(), &y));
-        let products = Products::new(&self.space.terms, speed, &x, transposed);
+        let x = full.space.expand(&stacked(full.space.len(), &y));
+        let products = Products::new(&full.space.terms, speed, &x, transposed);
         let (mut vectors, mut residual, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
         for (j, w) in wanted.iter().enumerate() {
-            let (r, size) = products.residual(j, w.pair.lambda, -self.space.sigma);
+            let (r, size) = products.residual(j, w.pair.lambda, -full.space.sigma);
             residual.push(r.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt() / size);
             sizes.push(size);
             vectors.push(r);
         }
         // the rounding error matters where little is left
         let mut floor = vec![0.0; wanted.len()];
-        if residual.iter().any(|r| *r > self.options.tolerance && *r < NEAR) {
-            let bounds = self.rounding(&x);
+        if residual.iter().any(|r| *r > full.tolerance && *r < NEAR) {
+            let bounds = full.rounding(&x);
             floor = bounds.iter().zip(&sizes).map(|(b, s)| b / s).collect();
         }
-        Side { transposed, x, products, vectors, residual, floor }
+        Self { transposed, x, products, vectors, residual, floor }
     }
+}
 
+/// The full problem, as vectors in its space are held against it.
+pub(super) struct Full<'a> {
+    pub space: &'a Space,
+    /// |K|, whose product with |ψ| bounds the rounding error of K ψ.
+    pub magnitude: &'a Compact,
+    /// Residual to reach.
+    pub tolerance: f64,
+}
+
+impl Full<'_> {
     /// Rounding error of K ψ of each column.
-    pub(super) fn rounding(&self, x: &Dense) -> Vec<f64> {
+    pub fn rounding(&self, x: &Dense) -> Vec<f64> {
         let k = x.ncols() / 2;
         let mut sizes = Dense::zeros(x.nrows(), k);
         for j in 0..k {

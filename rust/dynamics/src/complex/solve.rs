@@ -9,17 +9,16 @@ use super::begin::{Rest, begin, check};
 use super::correction::correct;
 use super::found::{ComplexModes, told};
 use super::krylov::Growth;
+use super::options::{ComplexOptions, SMALL};
 use super::probe::probe;
 use super::projected::Projected;
 use super::select::{Wanted, select};
-use super::side::Side;
+use super::side::{Full, Side};
 use super::space::Space;
 use super::terms::{Parts, Power, Term};
 use crate::DynamicsError;
 use crate::modes::{Compact, ModeOptions, ModesInfo, count_below, modes_and_factor};
 
-/// Models up to this size are solved in their whole space.
-pub(super) const SMALL: usize = 60;
 /// Rounds of enlargement at most.
 const ROUNDS: usize = 60;
 /// A part (real or imaginary) of a correction smaller than this beside the whole is left for the next round.
@@ -29,24 +28,11 @@ const MARGIN: f64 = 1e-3;
 /// Relative change of |λ| up to which a pole is the same as before the probe.
 const SAME: f64 = 1e-6;
 
-/// What to compute.
-#[derive(Debug, Clone)]
-pub struct ComplexOptions {
-    /// The lowest modes by |λ|; with `f_max` at most so many.
-    pub n_modes: Option<usize>,
-    /// All modes with |λ| up to this frequency in Hz.
-    pub f_max: Option<f64>,
-    /// Residual to reach, ‖D(λ)ψ‖ / (‖λ²Mψ‖ + ‖λCψ‖ + ‖(K + iD - σM)ψ‖).
-    pub tolerance: f64,
-    /// The same of left vectors. The error of a pole goes with the product of both.
-    pub left_tolerance: f64,
-}
-
 /// A model whose complex modes are wanted at any number of speeds. What one speed adds to the space serves the others.
 pub struct ComplexProblem {
     pub(super) space: Space,
-    /// |K|, whose product with |ψ| bounds the rounding error of K ψ.
-    pub(super) magnitude: Compact,
+    /// As [`Full`] has it.
+    magnitude: Compact,
     pub(super) options: ComplexOptions,
     /// √-σ.
     pub(super) s0: f64,
@@ -63,6 +49,11 @@ pub struct ComplexProblem {
 }
 
 impl ComplexProblem {
+    /// What vectors of the space are held against.
+    pub(super) fn full(&self) -> Full<'_> {
+        Full { space: &self.space, magnitude: &self.magnitude, tolerance: self.options.tolerance }
+    }
+
     /// The space, with the real modes of K and M in it where these are free. Further terms hold damping, gyroscopic moments
     /// and all that goes with the speed; K at `speed` is what is factorised, where it is positive definite.
     ///
@@ -198,7 +189,7 @@ impl ComplexProblem {
             other => other?,
         };
         let vectors: Vec<&[Complex64]> = wanted.iter().map(|w| &w.pair.right[..]).collect();
-        let right = self.side(speed, &wanted, &vectors, false);
+        let right = Side::of(&self.full(), speed, &wanted, &vectors, false);
         let open = right.open(tolerance);
         if !open.is_empty() && !whole {
             if !growth.further(&mut self.space, speed, 0, right.worst(&open), tolerance) {
@@ -209,7 +200,7 @@ impl ComplexProblem {
         // left vectors once the right ones are there: they hold most of what these need
         let left = spectrum.left(&wanted.iter().map(|w| &w.pair).collect::<Vec<_>>())?;
         let vectors: Vec<&[Complex64]> = left.iter().map(|y| &y[..]).collect();
-        let left = self.side(speed, &wanted, &vectors, true);
+        let left = Side::of(&self.full(), speed, &wanted, &vectors, true);
         let open = left.open(left_tolerance);
         if !open.is_empty() && !whole && !self.space.symmetric() {
             if !growth.further(&mut self.space, speed, 1, left.worst(&open), left_tolerance) {

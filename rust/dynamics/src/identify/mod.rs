@@ -15,6 +15,7 @@
 mod adjoint;
 mod arrays;
 mod attached;
+mod dashpots;
 mod decaying;
 mod decays;
 mod fitted;
@@ -34,6 +35,7 @@ mod shapes;
 mod solve;
 mod system;
 
+pub use dashpots::Dashpots;
 pub use decaying::{closing_sigma, n_decaying};
 pub use fitted::{Fitted, fitted, model_columns};
 pub use forced::force_products;
@@ -42,7 +44,6 @@ pub use lines::{PickedUp, RecordLines};
 pub use minimise::{Settings, Solution};
 pub use model::Modal;
 pub use normal::Evaluation;
-pub use own_dashpots::Dashpots;
 pub use race::Race;
 pub use solve::{Job, solve, solve_batch};
 pub use system::{System, Term};

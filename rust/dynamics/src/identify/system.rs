@@ -1,6 +1,6 @@
 //! The reduced model with its unknowns.
 
-use super::own_dashpots::Dashpots;
+use super::dashpots::Dashpots;
 use super::{IdentifyError, expect, expect_square};
 use femend_linalg::Dense;
 

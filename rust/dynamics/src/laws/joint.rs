@@ -1,7 +1,7 @@
 //! The sum of several laws on one coordinate.
 
-use super::law::{MANY, Slopes};
-use super::{Law, LawError, MAX_STATE, Motion, PreparedLaw, State};
+use super::law::Slopes;
+use super::{Law, LawError, MANY, MAX_STATE, Motion, PreparedLaw, State};
 
 /// Laws that act in parallel on the same coordinate, prepared for a step length.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use super::dual::{Dual, Scalar};
 use super::kind::with_definition;
 use super::{
-    Constants, Definition, DynamicStiffness, Kind, LawError, MAX_CONSTANTS, MAX_PARAMETERS, MAX_STATE,
+    Constants, Definition, DynamicStiffness, Kind, LawError, MANY, MAX_CONSTANTS, MAX_PARAMETERS, MAX_STATE,
     Motion, State,
 };
 use num_complex::Complex64;
@@ -128,9 +128,6 @@ impl Law {
 /// Seeds of a full linearisation, in the order motion (3), the law's own state, its parameters: laws that need few
 /// derivatives do not carry those of the largest one.
 pub(super) const FEW: usize = 10;
-/// Seeds of the largest law.
-pub(super) const MANY: usize = 20;
-
 #[derive(Clone, Debug)]
 enum Seeded {
     Few(Box<Constants<Dual<FEW>>>),

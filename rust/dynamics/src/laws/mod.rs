@@ -58,6 +58,8 @@ pub const MAX_PARAMETERS: usize = 16;
 pub const MAX_STATE: usize = 11;
 /// Room for what a law derives once from its parameters and the step.
 pub const MAX_CONSTANTS: usize = 42;
+/// Seeds of a full linearisation (motion, own state, parameters) of the largest law.
+const MANY: usize = 20;
 
 /// What a law derives once from its parameters and the step length.
 pub type Constants<T> = [T; MAX_CONSTANTS];

@@ -2,7 +2,7 @@
 
 use super::dual::{Dual, Scalar};
 use super::tape::Tape;
-use super::{Constants, MAX_PARAMETERS, MAX_STATE, Motion, Parameter, State};
+use super::{Constants, MANY, MAX_PARAMETERS, MAX_STATE, Motion, Parameter, State};
 use std::fmt;
 use std::sync::RwLock;
 
@@ -66,7 +66,7 @@ pub fn register(name: &str, parameters: Vec<Parameter>, n_z: usize, source: Sour
     if !outputs_fit
         || parameters.len() > MAX_PARAMETERS
         || state > MAX_STATE
-        || 3 + state + parameters.len() > super::law::MANY
+        || 3 + state + parameters.len() > MANY
     {
         return None;
     }

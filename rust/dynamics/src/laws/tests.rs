@@ -1,6 +1,6 @@
 //! Every law: derivatives against differences, symmetry, and what its physics says about closed loops.
 
-use super::law::{MANY, Slopes};
+use super::law::Slopes;
 use super::*;
 use num_complex::Complex64;
 

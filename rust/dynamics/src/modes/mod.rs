@@ -10,6 +10,7 @@ mod goal;
 mod lanczos;
 mod mass;
 mod need;
+mod options;
 mod product;
 mod rounding;
 mod shift;
@@ -18,7 +19,8 @@ mod solve;
 mod upper;
 
 pub use need::ModesMemory;
-pub use solve::{ModeOptions, Modes, ModesInfo, modes};
+pub use options::ModeOptions;
+pub use solve::{Modes, ModesInfo, modes};
 
 pub(crate) use basis::{Basis, norms};
 pub(crate) use product::Compact;

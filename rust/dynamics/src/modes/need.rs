@@ -2,7 +2,7 @@
 
 use femend_linalg::{Symbolic, free_memory};
 
-use super::solve::{ModeOptions, SMALL};
+use super::options::{ModeOptions, SMALL};
 use crate::DynamicsError;
 
 /// Columns of a Lanczos block: as many modes may coincide without a second start.

@@ -10,31 +10,15 @@ use super::goal::{BEYOND, Goal, converge, too_few};
 use super::lanczos::Lanczos;
 use super::mass;
 use super::need;
+use super::options::{ModeOptions, SMALL};
 use super::product::Compact;
 use super::shift::{self, Shifted};
 use super::small::{self, Pairs};
 use super::upper::{count_below, upper_end};
 use crate::DynamicsError;
 
-/// Models up to this size are solved densely.
-pub(super) const SMALL: usize = 300;
 /// Residual K φ - λ M φ above which the vectors are solved for once more.
 const SHARP: f64 = 1e-8;
-
-/// What to compute.
-#[derive(Debug, Clone, Default)]
-pub struct ModeOptions {
-    /// The lowest `n_modes`; with `f_max` at most so many.
-    pub n_modes: Option<usize>,
-    /// All modes up to this frequency in Hz.
-    pub f_max: Option<f64>,
-    /// Shift in rad²/s², below the lowest mode; automatic if absent.
-    pub sigma: Option<f64>,
-    /// Shapes (n, k) near the wanted ones, e.g. of the previous parameter set.
-    pub start: Option<Dense>,
-    /// Leave out the inertia count at the upper end.
-    pub unchecked: bool,
-}
 
 /// Real normal modes, lowest first.
 #[derive(Debug, Clone)]

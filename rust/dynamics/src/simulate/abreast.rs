@@ -4,10 +4,10 @@
 //! A moved model goes its own way under the inputs, beside the model as it is; a law's parameter has no inputs, and no
 //! model beside which it goes. Both are the same where their numbers are zero.
 
+use super::beside::{Frame, Model, Moved, Square};
 use super::lane::{LANES, Lane, mul, mul_add, scaled_add};
 use super::modal::{MODE, Stepper};
 use super::newton::{Compliance, tangent_solve};
-use super::sensitivity::{Frame, Model, Moved, Square};
 use super::{MAX_COORDINATES, Output};
 use crate::laws::{Joint, MAX_STATE};
 use pulp::Simd;

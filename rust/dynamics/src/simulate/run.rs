@@ -1,8 +1,9 @@
 //! The time loop.
 
+use super::beside::{Model, Moved};
 use super::modal::{Lanes, Modes, Stepper};
 use super::newton::{Forces, Motions, Solved, solve};
-use super::sensitivity::{Columns, Model, Moved};
+use super::sensitivity::Columns;
 use super::stable::{Coupling, SAFE, Stabiliser};
 use super::{MAX_COORDINATES, ModalModel, Response, Run, SimulationError, Status, n_parameters};
 use crate::laws::{Joint, Law, Motion, State};

@@ -5,40 +5,15 @@
 //! motion of the first. Neither needs the laws' force to be found again.
 
 use super::abreast::{Abreast, Over};
+use super::beside::{Frame, Model};
 use super::lane::LANES;
-use super::modal::Stepper;
-use super::newton::{Compliance, Forces, Motions};
+use super::newton::{Forces, Motions};
 use super::{MAX_COORDINATES, Response};
-use crate::laws::{Joint, Linearised, State};
+use crate::laws::{Linearised, State};
 use pulp::Simd;
-
-pub(super) type Square = [[f64; MAX_COORDINATES]; MAX_COORDINATES];
-
-/// A model moved a little, with what couples its coordinates.
-pub(super) struct Moved {
-    pub(super) stepper: Stepper,
-    pub(super) compliance: Compliance,
-    /// The same at the start from rest.
-    pub(super) compliance_at_rest: Compliance,
-}
 
 /// Substeps that every derivative takes at once: what it needs of its own stays in the nearest cache meanwhile.
 const BLOCK: usize = 32;
-
-/// What the model as it is did in a substep.
-#[derive(Default)]
-pub(super) struct Frame {
-    pub(super) x: Motions,
-    pub(super) f: Forces,
-    pub(super) slopes: [[f64; 3]; MAX_COORDINATES],
-    pub(super) at: Vec<Linearised>,
-    /// Inputs at the end of the substep.
-    pub(super) u: Vec<f64>,
-    /// Whether this is the start from rest.
-    pub(super) first: bool,
-    /// Kept sample at its end.
-    kept: Option<usize>,
-}
 
 /// Derivatives with respect to parameters, and moved models.
 pub(super) struct Columns {
@@ -48,22 +23,6 @@ pub(super) struct Columns {
     frames: Vec<Frame>,
     /// Frames that no derivative has been through.
     waiting: usize,
-}
-
-/// What belongs to all substeps.
-pub(super) struct Model<'a> {
-    pub(super) stepper: &'a Stepper,
-    pub(super) joints: &'a [Joint],
-    pub(super) compliance: &'a Compliance,
-    /// The same at the start from rest.
-    pub(super) compliance_at_rest: &'a Compliance,
-    /// Velocity compliance that acts on the force at the start of the substep.
-    pub(super) memory: &'a Square,
-    /// The stabilising compliance at its full share.
-    pub(super) lacking: &'a Square,
-    pub(super) moved: &'a [Moved],
-    /// Whether some law depends on the acceleration.
-    pub(super) inertial: bool,
 }
 
 impl Columns {

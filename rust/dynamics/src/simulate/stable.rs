@@ -1,8 +1,8 @@
 //! What couples the laws' coordinates at the end of a substep, and what keeps stiff laws stable there.
 
+use super::beside::Moved;
 use super::modal::Stepper;
 use super::newton::Compliance;
-use super::sensitivity::Moved;
 use super::{MAX_COORDINATES, ModalModel, Output};
 use crate::laws::Law;
 
