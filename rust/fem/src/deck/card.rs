@@ -4,10 +4,10 @@
 //! whatever the format; 10, 11, 20, 21 ... are continuation marks.
 
 use super::Deck;
+use super::content::Card;
 use super::error::{At, DeckError, Place, Result};
 use super::lex::{Cell, Format};
 use super::number::{parse_int, parse_real};
-use super::read::Card;
 use crate::mesh::{Components, Id};
 
 /// Data position (from 0) of field number `field`; `None` for names and continuation marks.

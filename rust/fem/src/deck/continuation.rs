@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::content::Content;
 use super::error::{At, DeckError, Result};
 use super::lex::{Cell, Line};
-use super::read::Content;
 
 /// Fields of a card being read and where its next line's fields go.
 #[derive(Debug, Clone, Copy)]

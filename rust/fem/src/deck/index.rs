@@ -1,9 +1,9 @@
 //! Where each id is defined; two definitions of one id are an error.
 
 use super::card::CardRef;
+use super::content::Content;
 use super::error::{DeckError, Result};
 use super::number::parse_int;
-use super::read::Content;
 use crate::mesh::Id;
 use std::collections::HashSet;
 

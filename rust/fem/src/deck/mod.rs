@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 pub mod build;
 pub mod card;
 mod case;
+mod content;
 mod continuation;
 mod coord;
 pub mod error;
@@ -31,8 +32,8 @@ pub use index::{Entry, Space};
 pub use patch::Change;
 pub use table::ElementRow;
 
+use content::Content;
 use index::{Index, space_of};
-use read::Content;
 
 use crate::mesh::Id;
 
@@ -64,7 +65,7 @@ impl Deck {
     /// Paths of all files, the main one first.
     #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {
-        read::paths(&self.content)
+        self.content.paths()
     }
 
     /// Path of the main file as text.

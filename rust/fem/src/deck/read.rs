@@ -1,48 +1,14 @@
 //! One pass over the bytes of a deck and the files it includes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use super::case::CaseControl;
+use super::content::{Card, Content};
 use super::continuation::{Continuations, Open};
 use super::error::{At, DeckError, Place, Result};
 use super::files::{SourceFile, include_name, open_included};
-use super::lex::{Cell, Line, cut};
+use super::lex::{Line, cut};
 use super::names::{NameId, Names, Role};
-
-/// One card: its name, where it begins, and which cells are its fields.
-#[derive(Debug, Clone, Copy)]
-pub struct Card {
-    /// First cell in [`Content::cells`].
-    pub first: u32,
-    /// Number of cells.
-    pub n: u32,
-    /// Offset of its first line in the file.
-    pub pos: u32,
-    /// Name.
-    pub name: NameId,
-    /// File.
-    pub file: u16,
-}
-
-/// Everything the pass found.
-#[derive(Default)]
-pub struct Content {
-    /// Files, the main one first.
-    pub files: Vec<SourceFile>,
-    /// Known card names.
-    pub names: Names,
-    /// Cards that are used, in order.
-    pub cards: Vec<Card>,
-    /// Fields of all cards.
-    pub cells: Vec<Cell>,
-    /// Per name: how many cards were left out as irrelevant.
-    pub ignored: Vec<usize>,
-    /// Executive and case control.
-    pub case: CaseControl,
-    /// File and offset of the line with ENDDATA.
-    pub end: Option<(u16, u32)>,
-}
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Section {
@@ -322,10 +288,4 @@ impl Reader {
         let at = At { place: self.place(file, pos as usize), card: names.text(first).to_owned() };
         Err(DeckError::Unsupported { at: Box::new(at), why: why.to_owned(), others })
     }
-}
-
-/// Paths of all files, the main one first.
-#[must_use]
-pub fn paths(content: &Content) -> Vec<PathBuf> {
-    content.files.iter().map(|file| file.path.clone()).collect()
 }

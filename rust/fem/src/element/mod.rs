@@ -14,6 +14,7 @@ pub mod bush;
 pub mod direct;
 pub mod mass;
 pub mod plane_law;
+mod plane_point;
 pub mod quad4;
 pub mod quadrature;
 pub mod rod;

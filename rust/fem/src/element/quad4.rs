@@ -4,7 +4,7 @@
 //! Mindlin's theory with the assumed shear strains of MITC4 (Bathe and Dvorkin, Int. J. Numer. Meth. Engng 21 (1985)
 //! 367), so that thin plates do not lock. Corner thicknesses are averaged.
 
-use super::shell::{MAX, PlanePoint};
+use super::plane_point::{MAX, PlanePoint};
 use crate::mesh::Rotation;
 use crate::scalar::Scalar;
 use crate::small::{add3, cross3, dot3, frame_from, scale3, sub3};

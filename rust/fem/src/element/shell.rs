@@ -7,6 +7,7 @@
 //! lumped mass has neither. Stress stiffness of the membrane forces N: `int grad(u_i)ᵀ N grad(u_i) dA` of all three
 //! displacements (Cook et al., Concepts and Applications of FEA, 4th ed. 2002, §18.4).
 
+use super::plane_point::{MAX, PlanePoint};
 use super::shell_section::{Resultants, Section, SectionValues};
 use super::{Matrices, quad4, tria3};
 use crate::mesh::Rotation;
@@ -16,8 +17,6 @@ use crate::small::{Mat, inverse_spd, matmul, rigid, rotations};
 
 /// Ratio of the drilling stiffness to A66.
 const DRILLING: f64 = 1e-4;
-/// Most DOFs of a shell, internal ones included.
-pub(crate) const MAX: usize = 28;
 
 /// Corners in the plane's axes, origin in the middle.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,18 +44,6 @@ pub struct ShellElement {
     pub nsm: f64,
     /// Consistent mass?
     pub coupled_mass: bool,
-}
-
-/// One integration point: everything but the material. Rows are over six components per corner, internal ones last.
-pub(crate) struct PlanePoint<S> {
-    /// Weight times Jacobian.
-    pub w: f64,
-    /// Shape functions.
-    pub n: [f64; 4],
-    /// Their gradients in the plane.
-    pub grad: [[f64; 2]; 4],
-    /// Membrane strains, curvatures, transverse shears.
-    pub strains: [[S; MAX]; 8],
 }
 
 /// Sums of one element before condensation.

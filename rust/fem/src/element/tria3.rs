@@ -6,7 +6,7 @@
 //! section's stiffness along that side, so that it serves anisotropic sections. The membrane is the constant-strain
 //! triangle. Corner thicknesses are averaged.
 
-use super::shell::{MAX, PlanePoint};
+use super::plane_point::{MAX, PlanePoint};
 use super::shell_section::SectionValues;
 use crate::mesh::Rotation;
 use crate::scalar::Scalar;
