@@ -82,6 +82,7 @@ def test_places_left_behind_in_the_beginning_are_not_followed(run: StudyRun, mon
     assert (near.nodes in tried) == (left[near.nodes] <= OUTDONE * max(own, 1.0))
 
 
+@pytest.mark.slow
 def test_two_laws_on_the_wrong_sides_of_each_other_are_moved_to_their_nodes(
     dashpot_and_cubic: StudyRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:

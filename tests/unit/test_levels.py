@@ -74,6 +74,7 @@ def test_an_error_as_large_as_the_noise_counts_though_the_model_is_allowed_it(
     assert depends_on_level(cast(Any, problem), cast(Any, null), cast(Any, [found]), Settings()) is told
 
 
+@pytest.mark.slow
 def test_a_law_outside_the_catalogue_that_shows_at_one_level_is_not_passed_over(tmp_path: Path) -> None:
     law = (7, "displacement_damping", {"c": 0.05, "beta": 3e9})
     study = small_study.write_study(tmp_path, small_study.Truth((7.3e10, 6.8e10), laws=[law]))
