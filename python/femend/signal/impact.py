@@ -178,7 +178,7 @@ def _ringing(x: FloatArray, at: int, pulse_end: int, last: int) -> FloatArray:
     the recorder's anti-alias filter, whose swings the other way are no blows."""
     from scipy.ndimage import minimum_filter1d
 
-    begin = at - _pulse_end(x[: at + 1][::-1], 0)
+    begin = _pulse_begin(x, at)
     reach = max(LEAST_RINGING, RINGING * (pulse_end - begin))
     first = max(pulse_end - reach, 0)
     below = minimum_filter1d(x[first : last + reach], 2 * reach + 1, mode="nearest")
@@ -191,6 +191,11 @@ def _pulse_end(x: FloatArray, at: int) -> int:
         if x[i] < 0.02 * x[at] or (x[i] < 0.5 * x[at] and i + 1 < x.size and x[i + 1] > x[i] + 0.02 * x[at]):
             return i
     return int(x.size)
+
+
+def _pulse_begin(x: FloatArray, at: int) -> int:
+    """Sample before the peak where the force was last so low, seen from it backwards as `_pulse_end` forwards."""
+    return at - _pulse_end(x[: at + 1][::-1], 0)
 
 
 def _flat_top(y: FloatArray, extreme: float, full_scale: float | None) -> int | None:
@@ -276,7 +281,7 @@ def _cut(data: TimeData, row: int, hit: Hit, n: int, window_force: bool) -> Floa
     if window_force:
         x = data.values[row] - np.median(data.values[row])
         x = x if x.max() >= -x.min() else -x
-        begin, stop = at - (_pulse_end(x[: at + 1][::-1], 0)), _pulse_end(x, at)
+        begin, stop = _pulse_begin(x, at), _pulse_end(x, at)
         more = max(LEAST, int(AFTER * (stop - begin)))
         begin, stop = _with_ringing(x, begin, stop)
         keep = force_window(n, max(0, begin - first - LEAST), min(n, stop - first + more), more)
