@@ -19,6 +19,7 @@ PAGES = (
         for name in ("architecture", "blind", "correlation", "diagnosis", "laws", "modal", "naming", "operating")
     ),
     *(f"python/docs/{name}.md" for name in ("elements", "output_only", "pretest", "recordings", "selftest", "signals")),
+    "python/docs/blind_log.md",
     "python/docs/complex_modes.md",
     "python/docs/study.md",
     "python/docs/updating.md",

@@ -33,6 +33,6 @@ class Calibration:
         }  # fmt: skip
 
 
-# the sets of python/docs/blind.md since 107 with effects of the catalogue, as they came out when they were opened: 158
-# names right, 4 wrong, 4 told of controls. Since then all of them serve for calibration
+# the sets of python/docs/blind_log.md since 107 with effects of the catalogue, as they came out when they were opened:
+# 158 names right, 4 wrong, 4 told of controls. Since then all of them serve for calibration
 CALIBRATION = Calibration(4.0, 166, 158, "seeds 107, 111 to 118, 120 to 122 of tests/blind/generate.py")
