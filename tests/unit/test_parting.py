@@ -42,10 +42,23 @@ def test_what_comes_later_and_is_followed_is_something_else(dashpot_and_cubic: S
     assert "can be followed" in told.otherwise
 
 
+def test_a_mode_beyond_the_band_is_nobodys_to_explain(dashpot_and_cubic: StudyRun) -> None:
+    """Impacts drive modes of which no line is compared: what they leave is no other physics."""
+    found = of_beginnings(dashpot_and_cubic.diagnosis, 0.0)
+
+    def ringing(record: FitRecord) -> FitRecord:
+        f = 0.5 * (found.problem.band[1] + 0.5 / record.dt)
+        tone = np.sin(2 * np.pi * round(f * record.n * record.dt) / record.n * np.arange(record.n))
+        return replace(record, y=record.y + 0.6 * record.y.std(axis=1, keepdims=True) * tone)
+
+    rings = replace(found, problem=found.problem.on([ringing(r) for r in found.problem.records]))
+    assert parting(rings) == Parting(accounts=True)
+
+
 def test_motion_that_parts_as_far_may_be_of_the_law_alone(
     dashpot_and_cubic: StudyRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "spread", lambda models, found, record: Spread(0.3, 1.0))
+    monkeypatch.setattr(module, "spread", lambda models, found, record, band: Spread(0.3, 1.0))
     assert parting(of_beginnings(dashpot_and_cubic.diagnosis, 0.6)) == Parting(accounts=True)
     without = replace(dashpot_and_cubic.diagnosis, best=None, further=None)
     assert parting(without) == Parting()

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femend.diagnose.deciding.outcome import Diagnosis
-from femend.diagnose.deciding.plain_error import left_of
+from femend.diagnose.deciding.plain_error import left_in_band
 from femend.diagnose.deciding.spread import as_good, spread
 from femend.estimate import noise_floor
 from femend.numerals import plain
@@ -35,14 +35,14 @@ class Parting:
 
 def parting(found: Diagnosis) -> Parting:
     """What is left of each fit recording as a whole, beyond its noise, against how far models part on it that explain
-    the window of the diagnosis about as well."""
+    the window of the diagnosis about as well, both in the band that models are compared in."""
     models = as_good(found)
     if models is None:
         return Parting()
     whole = replace(found, sigma=0.0)
     for record in found.problem.records:
-        floor, parted = noise_floor(record, found.problem.band), spread(models, found, record).share
-        left = left_of(whole, record)
+        floor, parted = noise_floor(record, found.problem.band), spread(models, found, record, found.problem.band).share
+        left = left_in_band(whole, record)
         if np.sqrt(max(left**2 - floor**2, 0.0)) > BEYOND * max(floor, parted):
             return Parting(
                 otherwise="the law explains the beginning of the recordings alone, and leaves "

@@ -15,7 +15,7 @@ from femend.diagnose.deciding.stages import Values, final, updated
 from femend.estimate import FitRecord, noise_floor
 from femend.numerals import plain
 
-__all__ = ["counted", "further_off", "left_of", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
+__all__ = ["counted", "further_off", "left_in_band", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
 
 REFINE = (
     "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
@@ -46,29 +46,45 @@ def whole_errors(found: Diagnosis) -> tuple[float, float]:
 
 def most_of_noise(found: Diagnosis) -> float:
     """Error of the final model on the fit recording that it is furthest from, in units of that one's noise, both in the
-    window of the diagnosis."""
+    window and the band of the diagnosis."""
     times = 0.0
     for record in found.problem.records:
         floor = noise_floor(record, found.problem.band, found.sigma)
-        times = max(times, left_of(found, record) / max(floor, 1e-300))
+        times = max(times, left_in_band(found, record) / max(floor, 1e-300))
     return times
 
 
-def left_of(found: Diagnosis, record: FitRecord) -> float:
-    """Error of the final model on a fit recording in the window of the diagnosis, as a share of what was recorded."""
-    _, after, recorded = _squares(found, record)
-    return float(np.sqrt(after / max(recorded, 1e-300)))
+def left_in_band(found: Diagnosis, record: FitRecord) -> float:
+    """Error of the final model on a fit recording in the window and the band of the diagnosis, as a share of what was
+    recorded there: a mode beyond the band is nobody's to explain."""
+    left = final(found, record, updated(found, record)) - recorded_of(record)
+    powers = [float((np.abs(_inside(found, record, y)) ** 2).sum()) for y in (left, recorded_of(record))]
+    return float(np.sqrt(powers[0] / max(powers[1], 1e-300)))
+
+
+def _inside(found: Diagnosis, record: FitRecord, y: Values) -> Values:
+    """What counts of a record at its lines in the band."""
+    counts = counted(found, record, y)
+    if record.frf is not None:
+        return counts
+    lines = within_band(np.fft.rfftfreq(record.n, record.dt), found.problem.band)
+    return np.asarray(np.fft.rfft(counts, axis=1)[:, lines])
 
 
 def _squares(found: Diagnosis, record: FitRecord) -> tuple[float, float, float]:
     """Squares of what the updated and the final model leave of a recording, and of the recording, summed."""
     before = updated(found, record)
     after = final(found, record, before)
-    recorded = record.y if record.frf is None else record.frf.H
+    recorded = recorded_of(record)
     sums = [
         float((np.abs(counted(found, record, y)) ** 2).sum()) for y in (before - recorded, after - recorded, recorded)
     ]
     return sums[0], sums[1], sums[2]
+
+
+def recorded_of(record: FitRecord) -> Values:
+    """Samples of a time record, values of an FRF."""
+    return record.y if record.frf is None else record.frf.H
 
 
 def counted(found: Diagnosis, record: FitRecord, y: Values) -> Values:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.fitting.candidates import Candidate
 from femend.diagnose.fitting.closed_loop import Loop
@@ -80,12 +81,13 @@ def as_good(found: Diagnosis) -> AsGood | None:
     return AsGood(loop, [points[0], *kept]) if kept else None
 
 
-def spread(models: AsGood, found: Diagnosis, record: FitRecord) -> Spread:
-    """How far predictions of as good `models` for the forces of a record lie apart."""
+def spread(models: AsGood, found: Diagnosis, record: FitRecord, band: tuple[float, float] | None = None) -> Spread:
+    """How far predictions of as good `models` for the forces of a record lie apart, in a `band` (Hz) where one is
+    given."""
     driven = record if found.off is None else found.off.driving(record)
     loop = replace(models.loop, problem=found.problem.on([driven])).at(0.0)
     try:
-        y, *others = (histories[0].y for histories in loop.histories(models.points))
+        y, *others = (_within(histories[0].y, record.dt, band) for histories in loop.histories(models.points))
     except ModelError:
         return Spread(float("inf"), 0.0)
     size = float(np.sqrt(np.mean(y**2)))
@@ -97,6 +99,15 @@ def spread(models: AsGood, found: Diagnosis, record: FitRecord) -> Spread:
     parted = next((i for i, share in enumerate(level) if share > APART), len(level) - 1)
     since = 0.0 if parted == 0 else record.dt * (ends[parted - 1] + 1)
     return Spread(float(np.sqrt(np.mean(apart**2))), since)
+
+
+def _within(y: FloatArray, dt: float, band: tuple[float, float] | None) -> FloatArray:
+    """Samples (n_out, n) at step `dt` without what lies outside a band (Hz)."""
+    if band is None:
+        return y
+    spectrum = np.fft.rfft(y, axis=1)
+    spectrum[:, ~within_band(np.fft.rfftfreq(y.shape[1], dt), band)] = 0.0
+    return np.fft.irfft(spectrum, y.shape[1], axis=1)
 
 
 def _final(found: Diagnosis) -> tuple[Loop, FloatArray, FloatArray, FloatArray] | None:
