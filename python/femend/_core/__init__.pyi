@@ -1,11 +1,13 @@
 """The compiled core, told by what it is for; all names are those of the one extension module `femend._core`."""
 
 from femend._core.identify import (
+    FreeForce as FreeForce,
     Hypothesis as Hypothesis,
     RecordLines as RecordLines,
     System as System,
     closing_sigma as closing_sigma,
     fitted_lines as fitted_lines,
+    follow_free_force as follow_free_force,
     force_products as force_products,
     model_columns as model_columns,
     n_decaying as n_decaying,

@@ -170,3 +170,35 @@ def n_decaying(omega: NDArray[np.float64], highest: float, n_tuned: int) -> int:
 
 def closing_sigma(duration: float) -> float:
     """Decay, 1/s, above which a window exp(-sigma t) has closed at the end of a record of `duration` s."""
+
+class FreeForce:
+    """A free force at a place of n coordinates on the K lines of a record."""
+
+    def __new__(
+        cls,
+        s: NDArray[np.complex128],
+        without: NDArray[np.complex128],
+        force: NDArray[np.complex128],
+        moved: NDArray[np.complex128],
+        gram: NDArray[np.complex128],
+    ) -> FreeForce:
+        """Lines `s` (K,) in rad/s; motion `without` (K, n) where nothing acts; the free `force` (K, n) in N; what the
+        model moves by forces of one, `moved` (K, n, n); how well the sensors tell a force, the Hermitian `gram`
+        (K, n, n). Raises ValueError where shapes do not fit."""
+
+    def left(self, kappa: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """What laws of dynamic stiffness `kappa` (n_laws, K) in N/m leave of the force, as the sensors tell it
+        (n_laws,); inf where the motion under a law has no bounds."""
+
+def follow_free_force(
+    name: str,
+    starts: Sequence[Sequence[float]] | Sequence[NDArray[np.float64]],
+    free: Sequence[FreeForce],
+    steps: int,
+    longest: float,
+    farthest: float,
+) -> list[tuple[float, list[float]] | None]:
+    """A linear law fitted to free forces by Levenberg-Marquardt, from each of its `starts`, ln parameters (n_p,): what
+    is left and the end (n_p,), None where the law does not allow the start. At most so many `steps`, each of `longest`
+    in a logarithm at most, and no further than `farthest` from the start. Raises LawParameterError for an unknown law.
+    """

@@ -2,6 +2,7 @@
 
 mod complex;
 mod error;
+pub mod free_force;
 mod frf;
 pub mod harmonic;
 pub mod identify;

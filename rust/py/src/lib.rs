@@ -6,6 +6,7 @@ mod arrays;
 mod complex;
 mod deck;
 mod diagnose;
+mod free_force;
 mod frf;
 mod harmonic;
 mod laws;
@@ -25,6 +26,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     modes::register(module)?;
     complex::register(module)?;
     frf::register(module)?;
+    free_force::register(module)?;
     sensitivity::register(module)?;
     laws::register(module)?;
     simulate::register(module)?;

@@ -13,6 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from femend import _core
+
 __all__ = ["FreeForce"]
 
 FloatArray = NDArray[np.float64]
@@ -41,24 +43,11 @@ class FreeForce:
         return np.asarray(self.D - np.einsum("kvw,kw->kv", self.C, self.F))
 
     @cached_property
-    def _told(self) -> ComplexArray:
-        """What whitens forces (K, n_w, n_w): upper triangular R of gram = R^H R."""
-        n_w = self.gram.shape[1]
-        least = 1e-12 * np.maximum(np.real(np.einsum("kww->k", self.gram)), 1e-300) / n_w
-        lower = np.linalg.cholesky(self.gram + least[:, None, None] * np.eye(n_w))
-        return np.asarray(lower.conj().transpose(0, 2, 1))
-
-    def errors(self, kappa: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Weighted force that laws of dynamic stiffness `kappa` (n_laws, K) leave, and its derivatives by kappa, each
-        (n_laws, K, n_w)."""
-        closed = np.eye(self.D.shape[1]) + kappa[:, :, None, None] * self.C
-        D = np.linalg.solve(closed, self.without[:, :, None])
-        e = self.F + kappa[:, :, None] * D[..., 0]
-        slope = np.linalg.solve(closed, D)[..., 0]
-        return tuple(np.einsum("kvw,xkw->xkv", self._told, a) for a in (e, slope))
+    def core(self) -> _core.FreeForce:
+        """The same in the compiled core, where laws are fitted to it."""
+        return _core.FreeForce(self.s, self.without, self.F, self.C, self.gram)
 
     def left(self, kappa: ComplexArray) -> FloatArray:
         """What laws of dynamic stiffness `kappa` (n_laws, K) leave of the free force, as the sensors tell it
         (n_laws,)."""
-        e, _ = self.errors(kappa)
-        return np.asarray((np.abs(e) ** 2).sum(axis=(1, 2)))
+        return self.core.left(kappa)
