@@ -11,6 +11,7 @@ from femend._core.identify import (
     force_products as force_products,
     model_columns as model_columns,
     n_decaying as n_decaying,
+    pair_costs as pair_costs,
     solve_hypotheses as solve_hypotheses,
 )
 from femend._core.linear import (

@@ -202,3 +202,15 @@ def follow_free_force(
     is left and the end (n_p,), None where the law does not allow the start. At most so many `steps`, each of `longest`
     in a logarithm at most, and no further than `farthest` from the start. Raises LawParameterError for an unknown law.
     """
+
+def pair_costs(
+    lines: Sequence[tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]],
+    curvature: NDArray[np.float64],
+    pull: NDArray[np.float64],
+    prior: float,
+) -> NDArray[np.float64]:
+    """Cost (n, n) of free forces along every two of n directions after one linear step of n_p unknowns; inf on the
+    diagonal and where two directions answer alike. `lines` are (h (n, n_out), e (n_out,), J (n_out, n_p)), weighted:
+    answers to forces of one, the residual and the derivatives of the answers; `curvature` (n_p,) = 1/sd², `pull` (n_p,)
+    = (p - mean)/sd² and `prior`, the sum of squared deviations, of the unknowns. Raises ValueError where sizes do not
+    fit."""

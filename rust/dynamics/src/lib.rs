@@ -9,6 +9,7 @@ pub mod identify;
 pub mod laws;
 mod modes;
 pub mod oscillator;
+pub mod pair_costs;
 mod reduction;
 mod sensitivity;
 pub mod simulate;

@@ -14,6 +14,7 @@ mod model;
 mod modes;
 mod moved;
 mod own_law;
+mod pair_costs;
 mod sensitivity;
 mod simulate;
 
@@ -27,6 +28,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     complex::register(module)?;
     frf::register(module)?;
     free_force::register(module)?;
+    pair_costs::register(module)?;
     sensitivity::register(module)?;
     laws::register(module)?;
     simulate::register(module)?;

@@ -198,10 +198,8 @@ def pair_costs(
     `p`; infinite on the diagonal."""
     linear = _linear(problem, reduced, sigma, p)
     WQ = W @ linear.Q
-    size = _sizes(WQ)
-    costs = np.array([_of_forces(linear.freed(own[None], size), WQ, 1, 1) for own in WQ]).reshape(len(W), len(W))
-    np.fill_diagonal(costs, np.inf)
-    return costs
+    lines = [(WQ @ line.H, line.e, line.J) for line in linear.lines]
+    return _core.pair_costs(lines, linear.curvature, linear.pull, linear.prior)
 
 
 def linear_costs(
