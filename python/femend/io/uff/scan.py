@@ -127,6 +127,8 @@ class _Scanner:
         body = self.data[start:at]
         header = parse_header([decode(x) for x in body.splitlines()], self.fail)
         needed = header.n_values * header.item_size
+        if header.has_single_abscissa(declared.n_bytes) and self._close(at + declared.n_bytes) is not None:
+            needed = declared.n_bytes
         length, notes = self._length(declared, needed, at)
         after = self._close(at + length)
         if after is None:
