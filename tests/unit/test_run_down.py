@@ -1,4 +1,4 @@
-"""A machine that runs when the record begins: the steady state of two DOFs in closed form, speeds falling and rising."""
+"""A machine that runs when the record begins: the steady state of two DOFs in closed form, from both ends."""
 
 from __future__ import annotations
 

@@ -67,7 +67,11 @@ def _run(r: dict[str, Any]) -> list[str]:
         loads = "unbalance" if "forces" not in r["response"] else "forces"
         if "level" in r["response"]:
             level = fixed(r["response"]["mean_level"])
-            said.append(f"response to the unbalance given: {level} of the test's level, mean CSAC {csac}, CSF {csf}")
+            turned = r["response"]["mean_phase_deg"]
+            phase = f"{abs(turned):.0f}° {'ahead of' if turned > 0 else 'behind'} it"
+            said.append(
+                f"response to the unbalance given: {level} of the test's level and {phase}, mean CSAC {csac}, CSF {csf}"
+            )
         else:
             said.append(f"response to {loads} at the bearings: mean CSAC {csac}, CSF {csf}")
     return [*said, ""]
