@@ -26,8 +26,8 @@ def read_calculix_modes(path: str | Path, sensors: Sequence[Dof]) -> tuple[Float
     file.
 
     The deck asks for them by `*FREQUENCY` and `*NODE PRINT, NSET=...` with U, in one or more sets that together hold
-    all sensors' nodes. Displacements of other steps, static ones say, are passed over. Raises FormatError for a file without eigenvalues or with those of two steps, with fewer shapes than modes, or without a
-    sensor's node.
+    all sensors' nodes. Displacements of other steps, static ones say, are passed over. Raises FormatError for a
+    file without eigenvalues or with those of two steps, with fewer shapes than modes, or without a sensor's node.
     """
     text = Path(path).read_text(encoding="utf-8", errors="replace")
     _, *tables = _TABLE.split(text)
