@@ -114,6 +114,8 @@ def test_what_is_written_of_levels(run: CorrelationRun, rig: Path) -> None:
     assert first["model"] / first["test"] == pytest.approx(first["level"], abs=0.03)
     assert first["level_likest"] == pytest.approx(1.0, abs=0.1)
     page = (rig.parent / "out" / "correlation.html").read_text()
+    for header in ("m r, kg·m", "test, m/s²", "model, m/s²"):
+        assert f">{header}</th>" in page
     assert "Accelerations at the sensor that moves most" in page
     assert "response to the unbalance given:" in repr(run)
 
