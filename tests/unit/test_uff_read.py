@@ -276,6 +276,12 @@ def test_missing_opening_separator(put) -> None:  # type: ignore[no-untyped-def]
     refused(put(one + one[len("    -1\n") :]), "'58'", "separator '-1'", "missing")
 
 
+@pytest.mark.parametrize("data", [b"", b" \n\n"])
+def test_empty_file(put, data: bytes) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(FormatError, match=rf"a\.uff is empty \({len(data)} bytes\)"):
+        read_uff(put(data))
+
+
 def test_file_that_is_no_universal_file(put) -> None:  # type: ignore[no-untyped-def]
     refused(put(b"time;force\n0;1\n"), "not a universal file", record=None)
 

@@ -65,6 +65,10 @@ class _Scanner:
         return FormatError(f"{self.file}: data set {self.record}: {message}", file=self.file, record=self.record)
 
     def sets(self) -> Iterator[RawSet]:
+        if not self.data.strip():
+            raise FormatError(
+                f"{self.file} is empty ({len(self.data)} bytes); copy it or export it again", file=self.file
+            )
         at, found = 0, False
         while at < len(self.data):
             line, following = _line(self.data, at)
