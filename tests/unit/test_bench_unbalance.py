@@ -81,9 +81,13 @@ def test_twice_the_unbalance_is_twice_the_level(given: Callable[..., Path], run:
 
 
 def test_a_phase_turns_the_response_with_it(given: Callable[..., Path], run: CorrelationRun) -> None:
-    turned, plain = correlate_study(given(unbalance(turned=30.0))).run("runup").response, run.run("runup").response
+    other = correlate_study(given(unbalance(turned=30.0)))
+    turned, plain = other.run("runup").response, run.run("runup").response
     off = np.angle(np.exp(1j * (turned.phase - plain.phase)))
     np.testing.assert_allclose(np.degrees(off), 30.0, atol=1e-6)
+    mean = other.result["runs"][0]["response"]["mean_phase_deg"]
+    assert mean == pytest.approx(30.0, abs=2.0)
+    assert f"of the test's level and {mean:.0f}° ahead of it" in repr(other)
 
 
 def test_a_sense_that_is_told_is_taken(given: Callable[..., Path], run: CorrelationRun) -> None:
@@ -110,6 +114,8 @@ def test_what_is_written_of_levels(run: CorrelationRun, rig: Path) -> None:
     assert first["model"] / first["test"] == pytest.approx(first["level"], abs=0.03)
     assert first["level_likest"] == pytest.approx(1.0, abs=0.1)
     page = (rig.parent / "out" / "correlation.html").read_text()
+    for header in ("m r, kg·m", "test, m/s²", "model, m/s²"):
+        assert f">{header}</th>" in page
     assert "Accelerations at the sensor that moves most" in page
     assert "response to the unbalance given:" in repr(run)
 

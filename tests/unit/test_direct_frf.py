@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from femend.analysis.complex_frf import complex_frf
 from femend.analysis.direct_frf import direct_frf, reduced_frf
 from femend.data import Channel
 from femend.dof import Dof
@@ -180,3 +181,22 @@ def test_matrices_of_ones_own_take_any_function_of_the_line() -> None:
         assert np.abs(found.frf.H[i] - expected).max() < 1e-5 * np.abs(expected).max()
     with pytest.raises(PairingError, match=r"no DOF 81:\+X; give one of the 80 rows"):
         reduced_frf(terms, dofs, freq, [at(81, 1)], [at(80, 1)])
+
+
+@pytest.mark.parametrize(("out", "into"), [(at(1, 2), at(9, 2)), (at(9, 2), at(1, 2)), (at(1, 2), at(1, 3))])
+def test_ends_that_are_held_do_not_move(model: Model, out: Channel, into: Channel) -> None:
+    found = direct_frf(model, FREQ, [out], [into])
+    assert found.converged
+    assert np.all(found.frf.H == 0.0)
+    assert np.all(complex_frf(model, FREQ, [out], [into]).H == 0.0)
+
+
+def test_planes_that_know_nothing_of_each_other(tmp_path: Path) -> None:
+    path = deck(tmp_path)
+    alone = ("PSHELL", "CQUAD4", "GRID,20", "GRID,21")
+    kept = [line for line in path.read_text().splitlines() if not line.startswith(alone)]
+    path.write_text("\n".join([*kept[:-1], "SPC1,1,4,9", "ENDDATA", ""]))
+    beam = read_model(path)
+    own = np.abs(complex_frf(beam, FREQ, [at(9, 2)], [at(9, 2)]).H).max()
+    across = np.abs(complex_frf(beam, FREQ, [at(9, 2)], [at(9, 3)]).H).max()
+    assert across < 1e-9 * own

@@ -11,7 +11,7 @@ from femend import read_recording
 from femend.cli.inspect_table import table_text
 from femend.errors import RecordingError
 from femend.io.channel_map import ChannelMap
-from femend.io.tables.rounded import even_grid, printed_unit
+from femend.io.rounded import even_grid, printed_unit
 
 
 def rounded(form: str, rate: float, seconds: float = 120.0, start: float = 0.0) -> np.ndarray:

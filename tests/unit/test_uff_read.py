@@ -241,6 +241,12 @@ def test_truncated_text_record(put) -> None:  # type: ignore[no-untyped-def]
     refused(put(text_set(columns(WAVE[:-1], "%13.5E", 6))), "16 numbers", "15 are there", "truncated")
 
 
+@pytest.mark.parametrize("n", [8, 13])
+def test_more_numbers_than_announced(put, n: int) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(FormatError, match=f"announces {n} numbers .* but 16 are there"):
+        read_uff(put(text_set(columns(WAVE, "%13.5E", 6), n=n)))
+
+
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("dtype", ["f4", "f8"])
 def test_wrong_byte_order(put, order: int, dtype: str) -> None:  # type: ignore[no-untyped-def]
@@ -268,6 +274,12 @@ def test_missing_closing_separator(put) -> None:  # type: ignore[no-untyped-def]
 def test_missing_opening_separator(put) -> None:  # type: ignore[no-untyped-def]
     one = text_set(columns(WAVE, "%13.5E", 6))
     refused(put(one + one[len("    -1\n") :]), "'58'", "separator '-1'", "missing")
+
+
+@pytest.mark.parametrize("data", [b"", b" \n\n"])
+def test_empty_file(put, data: bytes) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(FormatError, match=rf"a\.uff is empty \({len(data)} bytes\)"):
+        read_uff(put(data))
 
 
 def test_file_that_is_no_universal_file(put) -> None:  # type: ignore[no-untyped-def]

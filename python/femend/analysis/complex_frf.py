@@ -22,6 +22,8 @@ __all__ = ["complex_frf", "complex_receptance"]
 
 _POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 DEFECTIVE = 1e6  # condition from which a modal a has lost too many digits
+# share of the receptances at two ends below which that between them counts as none
+OWN = 1e-2
 NODES = (5, 9, 17, 33, 65)  # lines at which the modes left out are solved for, more until the tolerance is met
 
 Complex = NDArray[np.complex128]
@@ -106,7 +108,8 @@ def complex_frf(
     What is left out is the whole model's response less the modes' own at a few lines, solved in the space of the modes
     enlarged until ||f - D(s) u|| <= `tolerance` / 100 ||f||, and interpolated over the band (Chebyshev points; it is
     smooth where its poles lie beyond the band; times s^2 for a free model). Lines are added until interpolation
-    misses at most `tolerance` of the largest receptance between two of them.
+    misses at most `tolerance` of the largest receptance between two of them (of those at the ends themselves, where
+    these hardly know of each other).
 
     Raises ValueError for lines that are not positive and rising, a channel without DOF or an unknown kind;
     PairingError for a DOF that is not there; ConvergenceError for defective poles or where the tolerance is not
@@ -162,7 +165,13 @@ def _left_out(
         missing = whole - complex_receptance(modes, s, out, into)
         return (missing * s[:, None, None] ** 2 if free else missing), float(np.max(np.abs(whole)))
 
-    return _interpolated(rest, lines, tolerance, free)
+    def own(s: Complex) -> float:
+        """The receptance at the ends themselves: of ends that hardly know of each other, as two planes of one beam,
+        the largest between them is rounding."""
+        ends = [solver.receptance(b, b, s, modes.speed, 1e-2 * tolerance) for b in (b_out, b_in)]
+        return float(np.sqrt(np.prod([np.max(np.abs(H)) for H in ends])))
+
+    return _interpolated(rest, own, lines, tolerance, free)
 
 
 def _patterns(solver: ComplexSolver, dofs: Sequence[Dof]) -> NDArray[np.float64]:
@@ -172,16 +181,20 @@ def _patterns(solver: ComplexSolver, dofs: Sequence[Dof]) -> NDArray[np.float64]
 
 
 def _interpolated(
-    value: Callable[[Complex], tuple[Complex, float]], freq: NDArray[np.float64], tolerance: float, free: bool
+    value: Callable[[Complex], tuple[Complex, float]],
+    own: Callable[[Complex], float],
+    freq: NDArray[np.float64],
+    tolerance: float,
+    free: bool,
 ) -> Complex:
-    """A smooth function of the lines `freq` from its values at few of them."""
+    """A smooth function of the lines `freq` from its `value` at few of them; `own` is the size at both ends."""
     from scipy.interpolate import BarycentricInterpolator
 
     lo, hi = float(freq[0]), float(freq[-1])
     if freq.size <= NODES[0]:
         found = value(np.asarray(2j * np.pi * freq, dtype=np.complex128))[0]
         return found / (2j * np.pi * freq[:, None, None]) ** 2 if free else found
-    miss, before = np.inf, None
+    miss, off, before = np.inf, np.inf, None
     for n in NODES:
         nodes = 0.5 * (lo + hi) - 0.5 * (hi - lo) * np.cos((np.arange(n) + 0.5) * np.pi / n)
         rest, largest = value(np.asarray(2j * np.pi * nodes, dtype=np.complex128))
@@ -190,10 +203,13 @@ def _interpolated(
         if free:
             found = found / (2j * np.pi * freq[:, None, None]) ** 2
         if before is not None:
-            miss = float(np.max(np.abs(found - before))) / largest
-            if miss <= tolerance:
+            off = float(np.max(np.abs(found - before)))
+            if off <= tolerance * largest:  # both are 0 where all outputs or all inputs are held
                 return found
+            miss = off / largest if largest > 0 else np.inf
         before = found
+    if off <= OWN * tolerance * own(np.asarray(2j * np.pi * freq[-1:], dtype=np.complex128)):
+        return found
     raise ConvergenceError(
         f"what the modes leave out misses {miss:.1e} of the largest receptance between {NODES[-1]} lines "
         f"(asked {tolerance:.1e}); take more modes, or the band in parts"

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from femend._core import Deck
+from femend.errors import DeckError
+from femend.io.other_decks import other_deck
 
 __all__ = ["Deck", "FieldChange", "next_id", "patch_deck", "read_deck"]
 
@@ -32,9 +34,20 @@ def read_deck(path: str | os.PathLike[str]) -> Deck:
 
     Raises `DeckError` with `file`, `line` and `card` for what cannot be opened or understood, for unknown cards, for
     cards that would change K, M or C and are not supported, and for ids used twice. Values and references are
-    checked when the model is built.
+    checked when the model is built. A deck of another program (Abaqus, ANSYS, LS-DYNA) is told as such.
     """
-    return Deck.read(os.fspath(path))
+    try:
+        return Deck.read(os.fspath(path))
+    except DeckError as error:
+        other = other_deck(path) if Path(path).is_file() else None
+        if other is None:
+            raise
+        told = f":{other.line}: {other.text!r} is of {other.program}" if other.line else f" is {other.program}"
+        raise DeckError(
+            f"{os.fspath(path)}{told}; a deck is Nastran bulk data (.bdf, .dat, .nas): export the model as that",
+            file=error.file,
+            line=other.line or None,
+        ) from None
 
 
 def patch_deck(

@@ -205,9 +205,9 @@ def _from_uff(
     if times:
         data, said = time_data(file, times, name, units, channels)
         return [data], notes + said
-    spectra = spectra_blocks(file.functions, name)
+    spectra, said = spectra_blocks(file, file.functions, name)
     if spectra:
-        return [*spectra], notes
+        return [*spectra], notes + said
     if file.modes:
         raise FormatError(
             f"recording {name!r}: {file.file} holds {len(file.modes)} mode shapes (data set 55) and no time records, "

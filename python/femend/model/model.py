@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.dof import Dof
 from femend.errors import GeometryError, ModelError, PairingError
+from femend.io.deck import read_deck
 from femend.model.cards.card_mass import mass_of_card
 from femend.model.cards.near_ids import near_ids
 from femend.model.geometry.morph import Morph
@@ -271,7 +272,7 @@ def read_model(
     """
     unit_system(units)
     check_parameters(parameters)
-    deck = _core.Deck.read(str(path))
+    deck = read_deck(path)
     return model_of(deck, units=units, parameters=parameters, spc=spc, added_mass=added_mass, morphs=morphs)
 
 

@@ -62,7 +62,7 @@ def trace_figure(trace: TimeOverlay) -> str:
     if base is not None and curves:
         reach = 1.05 * _largest([base])
         whole = Axes((58, 22, _WIDTH - 70, 90), (float(t[0]), float(t[-1])), (-reach, reach))
-        whole.frame("", f"recording and errors, {unit}", y_ticks=2)
+        whole.frame("time, s", f"recording and errors, {unit}", y_ticks=5)
         whole.band(*_envelope(t, base), "measured")
         before, after = ("parameters" if "parameters" in curves else "nominal"), "final"
         for stage in (before, after):

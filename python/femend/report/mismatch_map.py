@@ -17,7 +17,7 @@ __all__ = ["N_LEVELS", "lowest", "mismatch_figure", "on_mesh"]
 
 # colours of the style sheet, the first for all that updating leaves, the last for the least
 N_LEVELS = 8
-_WIDTH, _HEIGHT, _KEY = 960.0, 430.0, 44.0
+_WIDTH, _HEIGHT, _KEY = 960.0, 430.0, 52.0
 
 
 def on_mesh(found: MismatchMap, xyz: NDArray[np.float64], ids: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -63,4 +63,8 @@ def _key(low: float) -> str:
     for border in range(0, N_LEVELS + 1, 2):
         text = f"{plain(100 * low ** (border / N_LEVELS), 2)} %"
         parts.append(f'<text x="{left + width * border:g}" y="{_HEIGHT + 28:g}" text-anchor="middle">{text}</text>')
+    parts.append(
+        f'<text class="name" x="{0.5 * _WIDTH:g}" y="{_HEIGHT + 44:g}" text-anchor="middle">share of the misfit that a '
+        "free force there leaves</text>"
+    )
     return "".join(parts)

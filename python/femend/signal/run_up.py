@@ -20,6 +20,8 @@ FloatArray = NDArray[np.float64]
 
 # share of the band left out at either end, where the sweep begins and stops; share of a run that a response may last
 EDGE, LONGEST = 0.05, 0.25
+# share of a run over which it is faded in and out: less than a sweep takes to enter the band
+FADE = 0.02
 # rounds of deconvolution
 ROUNDS = 4
 
@@ -102,14 +104,28 @@ def _deconvolved(
     """Frequencies and response per force (n_ch, n_freq) of records `x` (n_ch, n) to the real part of `force` (n,)."""
     size = next_fast_len(force.size + int(np.ceil(2 * keep / dt)), real=True)
     freq = np.asarray(np.fft.rfftfreq(size, dt), dtype=np.float64)
+    x = (x - x.mean(axis=1, keepdims=True)) * _faded(force.size)
+    force = force * _faded(force.size)
     U = np.fft.fft(force, size)[: freq.size]
-    x = x - x.mean(axis=1, keepdims=True)
     G = np.zeros((len(x), freq.size), dtype=np.complex128)
     left = x
     for _ in range(ROUNDS):  # what the sweep's beginning and end smear is found in what is left
         G += _gated(2 * np.fft.rfft(left, size, axis=1), U, freq, band, keep, dt, size)
         left = x - np.fft.irfft(0.5 * G * U, size, axis=1)[:, : force.size]
     return freq, G
+
+
+def _faded(n: int) -> FloatArray:
+    """Window (n,) that sets in and ends smoothly, for response and force alike.
+
+    A machine that runs when the record begins has answered to what was before; a force that sets in at once with the
+    level of full speed, as in a run-down, says otherwise and smears over the lines where the order is weak.
+    """
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(max(int(FADE * n), 1)) / max(int(FADE * n), 1))
+    window = np.ones(n)
+    window[: rise.size] = rise
+    window[n - rise.size :] = rise[::-1]
+    return window
 
 
 def _band(data: TimeData, rev: FloatArray, order: float, band: tuple[float, float] | None) -> tuple[float, float]:

@@ -8,6 +8,8 @@ import numpy as np
 
 from femend.bench.page import Table, fixed, number
 from femend.bench.reading.run_compared import ComparedRun
+from femend.report.numbers import pretty_unit
+from femend.units import UnitSystem
 
 __all__ = ["amplitude_rows", "amplitude_table"]
 
@@ -42,9 +44,10 @@ def amplitude_rows(c: ComparedRun) -> list[dict[str, Any]]:
     return rows
 
 
-def amplitude_table(rows: list[dict[str, Any]]) -> Table:
-    """The rows of `amplitude_rows` for the page."""
-    header = ("1/min", "sensor", "test", "model", "model / test", "where likest", "phase, degrees")
+def amplitude_table(rows: list[dict[str, Any]], units: UnitSystem) -> Table:
+    """The rows of `amplitude_rows` for the page, in the model's `units`."""
+    unit = pretty_unit(units.text("acceleration"))
+    header = ("1/min", "sensor", f"test, {unit}", f"model, {unit}", "model / test", "where likest", "phase, degrees")
     shown = [
         [number(a["rpm"]), a["sensor"], number(a["test"]), number(a["model"]), fixed(a["level"]),
          fixed(a.get("level_likest")), number(a["phase_deg"])]

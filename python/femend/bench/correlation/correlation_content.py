@@ -21,6 +21,7 @@ from femend.report import plots
 from femend.report.content import FrfOverlay, Picture
 from femend.report.figures import frf_figure
 from femend.report.words import sentence
+from femend.units import unit_system
 
 if TYPE_CHECKING:
     from femend.bench.correlation.correlation_run import CorrelationRun
@@ -61,7 +62,8 @@ def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[
         for (c, r), w in zip(each, done.wrong, strict=True)
         for section in (_section(c, r["orthogonality"]), *where_sections(done, c, w))
     ]
-    sections += [run_section(c, r) for c, r in zip(done.runs, result["runs"], strict=True)]
+    units = unit_system(prepared.study.units)
+    sections += [run_section(c, r, units) for c, r in zip(done.runs, result["runs"], strict=True)]
     said = []
     if compared:
         said.append(f"{n} of {of} measured modes are paired with the model, their frequencies off by {mean} on average")

@@ -7,9 +7,13 @@ from typing import Any
 from femend.bench.page import fixed, number, percent
 from femend.bench.reading.runs import in_order
 from femend.bench.words import ends
+from femend.numerals import listed
 from femend.report.text_table import table
 
 __all__ = ["correlation_text"]
+
+# modes of the model without a mate that are named
+ALONE = 6
 
 
 def correlation_text(result: dict[str, Any]) -> str:
@@ -28,6 +32,7 @@ def correlation_text(result: dict[str, Any]) -> str:
         ]  # fmt: skip
         rows += [[str(k + 1), "-", number(f), "-", "-", "-", "-"] for k, f in r["modes"]["alone_a"]]
         parts.append(table(["test", "model", "f test Hz", "f model Hz", "df", "damping", "MAC"], rows, "rrrrrrr"))
+        parts += _alone(r["modes"])
         if "frfs" in r:
             parts.append(f"FRFs: mean CSAC {fixed(r['frfs']['mean_csac'])}, CSF {fixed(r['frfs']['mean_csf'])}")
         if r["where_wrong"] is not None:
@@ -36,6 +41,13 @@ def correlation_text(result: dict[str, Any]) -> str:
     for r in result["runs"]:
         parts += _run(r)
     return "\n".join([*parts, *ends(result)]).rstrip()
+
+
+def _alone(modes: dict[str, Any]) -> list[str]:
+    """The model's modes up to the highest measured one that have no mate: the test did not see them."""
+    top = max([m["freq_a"] for m in modes["rows"]] + [f for _, f in modes["alone_a"]], default=0.0)
+    lone = [f"{k + 1} ({number(f)} Hz)" for k, f in modes["alone_b"] if f <= top]
+    return [f"modes of the model up to there without a mate: {listed(lone, ALONE)}"] if lone else []
 
 
 def _run(r: dict[str, Any]) -> list[str]:
@@ -67,7 +79,11 @@ def _run(r: dict[str, Any]) -> list[str]:
         loads = "unbalance" if "forces" not in r["response"] else "forces"
         if "level" in r["response"]:
             level = fixed(r["response"]["mean_level"])
-            said.append(f"response to the unbalance given: {level} of the test's level, mean CSAC {csac}, CSF {csf}")
+            turned = r["response"]["mean_phase_deg"]
+            phase = f"{abs(turned):.0f}° {'ahead of' if turned > 0 else 'behind'} it"
+            said.append(
+                f"response to the unbalance given: {level} of the test's level and {phase}, mean CSAC {csac}, CSF {csf}"
+            )
         else:
             said.append(f"response to {loads} at the bearings: mean CSAC {csac}, CSF {csf}")
     return [*said, ""]

@@ -15,7 +15,9 @@ from femend.bench.reading.runs import in_order
 from femend.bench.steps import write_csv
 from femend.report import plots
 from femend.report.content import Picture
+from femend.report.numbers import pretty_unit
 from femend.report.words import sentence
+from femend.units import UnitSystem
 
 __all__ = ["run_section", "write_run_table"]
 
@@ -27,9 +29,9 @@ HEADER = ("peak", "1/min", "f test, Hz", "model", "f model, Hz", "Δf", "MAC", "
 HELD_HEADER = ("recording", "1/min", "f, Hz", "noise", "CSAC", "CSF")
 
 
-def run_section(c: ComparedRun, told: Mapping[str, Any]) -> Section:
+def run_section(c: ComparedRun, told: Mapping[str, Any], units: UnitSystem) -> Section:
     """A run's part of the page, or that of recordings at held speeds, from the comparison and its plain values
-    `told`."""
+    `told`, which are in the model's `units`."""
     m, r = c.measured, told["response"]
     lone = frozenset(i for i, p in enumerate(told["peaks"]) if p["mode"] is None)
     tables = []
@@ -45,9 +47,9 @@ def run_section(c: ComparedRun, told: Mapping[str, Any]) -> Section:
     words = _held_words(c) if m.held else _run_words(c)
     if r is not None:
         words += _response_words(told)
-        tables.append(_loads(r, told))
+        tables.append(_loads(r, told, units))
         if r.get("amplitudes"):
-            tables.append(amplitude_table(r["amplitudes"]))
+            tables.append(amplitude_table(r["amplitudes"], units))
     return Section(
         f"{m.name}: {m.configuration}, {'held speeds' if m.held else 'run'}{in_order(m.order)}",
         words,
@@ -95,11 +97,14 @@ def _response_words(told: Mapping[str, Any]) -> str:
     )
 
 
-def _loads(r: Mapping[str, Any], told: Mapping[str, Any]) -> Table:
+def _loads(r: Mapping[str, Any], told: Mapping[str, Any], units: UnitSystem) -> Table:
     if "forces" not in r:
         bearings = [[str(b["node"]), number(b["m_r"]), number(b["phase_deg"])] for b in r["bearings"]]
         turns = f"Unbalance, turning {'with' if r['sense'] > 0 else 'against'} the right hand about {told['axis']}"
-        return Table(("node" if "level" in r else "bearing", "m r", "phase, degrees"), bearings, "rrr", title=turns)
+        mass = units.text("mass")
+        unit = f"{mass}*{units.text('length')}" if "/" not in mass else f"{units.text('force')}*s^2"
+        product = f"m r, {pretty_unit(unit)}"
+        return Table(("node" if "level" in r else "bearing", product, "phase, degrees"), bearings, "rrr", title=turns)
     after = "XYZ".index(told["axis"])
     across = ["XYZ"[(after + i) % 3] for i in (1, 2)]
     rows = [
@@ -108,7 +113,7 @@ def _loads(r: Mapping[str, Any], told: Mapping[str, Any]) -> Table:
         for direction, force, phase in zip(across, b["force"], b["phase_deg"], strict=True)
     ]
     title = f"Forces at the highest speed, growing with its power {r['power_of_speed']:g}"
-    return Table(("bearing", "direction", "force", "phase, degrees"), rows, "rlrr", title=title)
+    return Table(("bearing", "direction", f"force, {units.text('force')}", "phase, degrees"), rows, "rlrr", title=title)
 
 
 def _row(p: Mapping[str, Any]) -> list[str]:

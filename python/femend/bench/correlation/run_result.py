@@ -118,6 +118,7 @@ def _levels(r: OperatingResponse, c: ComparedRun) -> dict[str, Any]:
         "level": r.level.tolist(),
         "phase_deg": np.degrees(r.phase).tolist(),
         "mean_level": float(np.exp(np.mean(np.log(np.maximum(r.level, 1e-300))))),
+        "mean_phase_deg": float(np.degrees(np.angle(np.exp(1j * r.phase).mean()))),
         "amplitudes": amplitude_rows(c),
     }
 

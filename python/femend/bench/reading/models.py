@@ -14,6 +14,7 @@ from femend.bench.reading.fields import field_parameters
 from femend.bench.reading.morphs import morphs_on
 from femend.data import ModeSet
 from femend.errors import FemendError
+from femend.io.deck import read_deck
 from femend.model import Model, model_of
 from femend.model.sensor_point import SensorPoint
 from femend.model.terms.rotors import Rotors, deck_rotors
@@ -42,7 +43,7 @@ class Models:
 
     @cached_property
     def _deck(self) -> _core.Deck:
-        return _core.Deck.read(str(self.study.model_file))
+        return read_deck(self.study.model_file)
 
     @cached_property
     def rotors(self) -> Rotors:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import RecordingError
-from femend.io.tables.rounded import even_grid, printed_unit
+from femend.io.rounded import even_grid, printed_unit
 from femend.io.tables.table import Table
 from femend.numerals import plain
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel
 from femend.dof import Dof
 from femend.errors import RecordingError, UnitError
+from femend.io.uff.abscissa import AxisKey, axis_key, frequencies
 from femend.io.uff.header58 import Axis
-from femend.io.uff.labels import QUANTITY_OF_TYPE, Context, axis_key, factor_of, is_blank, label_of, own_unit, side_of
+from femend.io.uff.labels import QUANTITY_OF_TYPE, Context, factor_of, is_blank, label_of, own_unit, side_of
 from femend.io.uff.reader import UniversalFile
 from femend.io.uff.set58 import Function58
 from femend.units import QUANTITIES, ROTATIONAL, SYSTEMS, parse_unit
@@ -92,16 +93,25 @@ def frf_blocks(
     for an FRF without DOFs, one that stands twice, and NaN; UnitError for unit labels that cannot be read.
     """
     context = Context(file, name, SYSTEMS[units])
-    coherence = {(side_of(f, "rsp")[0], side_of(f, "ref")[0]): f.y.real for f in functions if f.header.func_type == 6}
+    coherence = {
+        (side_of(f, "rsp")[0], side_of(f, "ref")[0], axis_key(context, f)): f.y.real
+        for f in functions
+        if f.header.func_type == 6
+    }
     columns: dict[tuple[object, ...], dict[Dof, dict[Dof, tuple[Function58, float]]]] = {}
     labels: dict[tuple[str, Dof], Channel] = {}
     for function in (f for f in functions if f.header.func_type == 4):
         output, ref, factor, kind = _frf_pair(context, function)
         assert output.dof is not None
         assert ref.dof is not None
+        if not np.iscomplexobj(function.y):
+            context.say(
+                f"data set {function.record} ({label_of(function)}) holds an FRF without imaginary part; it is taken "
+                "as it stands: if it is the magnitude alone, export real and imaginary part"
+            )
         labels.setdefault((kind, output.dof), output)
         labels.setdefault(("input", ref.dof), ref)
-        column = columns.setdefault((kind, *axis_key(function)), {}).setdefault(ref.dof, {})
+        column = columns.setdefault((kind, axis_key(context, function)), {}).setdefault(ref.dof, {})
         if output.dof in column:
             raise RecordingError(
                 f"recording {name!r}: the FRF {output.dof} / {ref.dof} stands twice, in data sets "
@@ -125,10 +135,11 @@ def _grid(
     by_input: dict[Dof, dict[Dof, tuple[Function58, float]]],
     refs: list[Dof],
     labels: dict[tuple[str, Dof], Channel],
-    coherence: dict[tuple[Dof | None, Dof | None], NDArray[np.float64]],
+    coherence: Mapping[tuple[Dof | None, Dof | None, AxisKey], NDArray[np.float64]],
 ) -> FRF:
     outs = list(by_input[refs[0]])
-    freq = by_input[refs[0]][outs[0]][0].x
+    first = by_input[refs[0]][outs[0]][0]
+    freq, lines = frequencies(context, first), axis_key(context, first)
     H = np.empty((freq.size, len(outs), len(refs)), dtype=np.complex128)
     gamma = np.empty(H.shape)
     complete = True
@@ -136,8 +147,8 @@ def _grid(
         for i, out in enumerate(outs):
             function, factor = by_input[ref][out]
             H[:, i, j] = function.y * factor
-            pair = coherence.get((out, ref))
-            if pair is None or pair.size != freq.size:
+            pair = coherence.get((out, ref, lines))
+            if pair is None:
                 complete = False
             else:
                 gamma[:, i, j] = pair

@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from femend.errors import FormatError
 
 __all__ = ["Axis", "Binary58", "Header58", "binary_header", "parse_header"]
@@ -67,13 +69,20 @@ class Header58:
 
     @property
     def item_size(self) -> int:
-        """Bytes of one number in a binary set (abscissas of uneven binary sets have the size of the ordinates)."""
+        """Bytes of one number in a binary set (uneven abscissas mostly have the size of the ordinates)."""
         return 8 if self.ord_data_type in (4, 6) else 4
 
     @property
     def n_values(self) -> int:
         """Numbers in the set, abscissas included."""
         return self.n_points * ((2 if self.is_complex else 1) + (0 if self.even else 1))
+
+    def has_single_abscissa(self, n_bytes: int) -> bool:
+        """True where `n_bytes` of samples are those of uneven abscissas in four bytes beside ordinates in eight.
+
+        So the format has it to the letter (E13.5 beside E20.12), and some programs write it; most write eight for both.
+        """
+        return not self.even and self.item_size == 8 and 0 < n_bytes == 8 * self.n_values - 4 * self.n_points
 
 
 def _integer(text: str, what: str, fail: Fail, default: int | None = None) -> int:
@@ -88,9 +97,12 @@ def _integer(text: str, what: str, fail: Fail, default: int | None = None) -> in
 
 def _real(text: str, what: str, fail: Fail) -> float:
     try:
-        return float(text.strip().replace("D", "E").replace("d", "e") or 0.0)
+        value = float(text.strip().replace("D", "E").replace("d", "e") or 0.0)
     except ValueError:
-        raise fail(f"{what} is {text.strip()!r}, not a number; the header of data set 58 is damaged") from None
+        value = np.nan
+    if not np.isfinite(value):
+        raise fail(f"{what} is {text.strip()!r}, not a number; the header of data set 58 is damaged")
+    return value
 
 
 def binary_header(line: str, fail: Fail) -> Binary58:

@@ -8,7 +8,7 @@ import numpy as np
 
 from femend.data import Channel
 from femend.dof import Dof
-from femend.errors import UnitError
+from femend.errors import RecordingError, UnitError
 from femend.io.uff.header58 import Axis
 from femend.io.uff.reader import UniversalFile
 from femend.io.uff.set58 import Function58
@@ -18,7 +18,6 @@ __all__ = [
     "QUANTITIES_OF_MOTION",
     "QUANTITY_OF_TYPE",
     "Context",
-    "axis_key",
     "channel_of",
     "factor_of",
     "is_blank",
@@ -60,11 +59,16 @@ def label_of(function: Function58) -> str:
 
 
 def side_of(function: Function58, side: str) -> tuple[Dof | None, str]:
-    """DOF and name of the response or reference side."""
+    """DOF and name of the response or reference side; raises RecordingError for a negative node."""
     h = function.header
     node, direction, name = (
         (h.rsp_node, h.rsp_dir, h.rsp_name) if side == "rsp" else (h.ref_node, h.ref_dir, h.ref_name)
     )
+    if node < 0:
+        raise RecordingError(
+            f"data set {function.record} ({label_of(function)}): its {'response' if side == 'rsp' else 'reference'} is "
+            f"at node {node}, and nodes count from 1; mend record 6 or export the function again"
+        )
     return Dof.from_uff(node, direction), "" if is_blank(name) else name
 
 
@@ -128,9 +132,3 @@ def channel_of(context: Context, function: Function58, side: str, axis: Axis) ->
             raise
     context.say(f"{quantity} channels keep their unit {axis.unit!r}, which is unknown")
     return Channel(dof, quantity, axis.unit, name, label), 1.0
-
-
-def axis_key(function: Function58) -> tuple[int, float, float]:
-    """Functions of the same key have the same abscissa: number of points, first and last."""
-    x = function.x
-    return x.size, float(x[0]) if x.size else 0.0, float(x[-1]) if x.size else 0.0

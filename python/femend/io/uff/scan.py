@@ -65,6 +65,10 @@ class _Scanner:
         return FormatError(f"{self.file}: data set {self.record}: {message}", file=self.file, record=self.record)
 
     def sets(self) -> Iterator[RawSet]:
+        if not self.data.strip():
+            raise FormatError(
+                f"{self.file} is empty ({len(self.data)} bytes); copy it or export it again", file=self.file
+            )
         at, found = 0, False
         while at < len(self.data):
             line, following = _line(self.data, at)
@@ -127,6 +131,8 @@ class _Scanner:
         body = self.data[start:at]
         header = parse_header([decode(x) for x in body.splitlines()], self.fail)
         needed = header.n_values * header.item_size
+        if header.has_single_abscissa(declared.n_bytes) and self._close(at + declared.n_bytes) is not None:
+            needed = declared.n_bytes
         length, notes = self._length(declared, needed, at)
         after = self._close(at + length)
         if after is None:

@@ -78,6 +78,12 @@ def _text_numbers(text: bytes, header: Header58, fail: Fail) -> NDArray[np.float
             f"the header announces {needed} numbers ({header.n_points} points) but {len(values)} are there; the record "
             "is truncated: export it again or correct the number of points"
         )
+    surplus = values[needed:]
+    if surplus.any() or surplus.size >= len(text_widths(header.ord_data_type, header.even)):  # zeros may fill a line
+        raise fail(
+            f"the header announces {needed} numbers ({header.n_points} points) but {len(values)} are there; correct "
+            "the number of points or export it again"
+        )
     return values[:needed]
 
 
@@ -89,7 +95,8 @@ def _swapped(values: NDArray[Any]) -> bool:
     """True where the numbers make sense only with their bytes in the other order.
 
     A swapped float has a random exponent: most of its values lie beyond 1e+-15, which those of a recording do not, and
-    they are spread over many decades.
+    they are spread over many decades. Counts of a converter end in zero bytes, which swapped are the exponent: they lie
+    close together below the smallest normal number, where no recording is.
     """
 
     def sane(array: NDArray[Any]) -> float:
@@ -101,24 +108,32 @@ def _swapped(values: NDArray[Any]) -> bool:
     sample = values[:4096]
     if np.count_nonzero(sample) < 8:
         return False
+    used = np.abs(sample[sample != 0])
     with np.errstate(all="ignore"):
-        decades = np.log10(np.abs(sample[sample != 0].astype(np.float64)))
+        decades = np.log10(used.astype(np.float64))
     decades = decades[np.isfinite(decades)]
     spread = decades.size < 2 or float(np.ptp(decades)) > SWAPPED_DECADES
-    return sane(sample) < 0.7 and sane(sample.byteswap()) > 0.98 and spread
+    subnormal = float(np.mean(used < np.finfo(used.dtype).tiny)) > 0.5
+    return sane(sample) < 0.7 and sane(sample.byteswap()) > 0.98 and (spread or subnormal)
 
 
 def _binary_numbers(raw: RawSet, header: Header58, fail: Fail) -> NDArray[np.float64]:
     assert raw.binary is not None
     order = "<" if raw.binary.byte_order == 1 else ">"
-    values = np.frombuffer(raw.samples, dtype=f"{order}f{header.item_size}", count=header.n_values)
+    if header.has_single_abscissa(len(raw.samples)):
+        ordinates = header.n_values // header.n_points - 1
+        table = np.frombuffer(raw.samples, dtype=[("x", f"{order}f4"), ("y", f"{order}f8", (ordinates,))])
+        values = np.column_stack([table["x"].astype(np.float64), table["y"]]).ravel()
+    else:
+        values = np.frombuffer(raw.samples, dtype=f"{order}f{header.item_size}", count=header.n_values)
     if _swapped(values):
         declared, other = ("little", "big") if raw.binary.byte_order == 1 else ("big", "little")
         raise fail(
             f"the header says {declared} endian (byte order {raw.binary.byte_order}) but the samples make sense only "
             f"as {other} endian; correct the byte order in the type line to {3 - raw.binary.byte_order} or export again"
         )
-    return values.astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling nan among the samples is told later, with its place
+        return values.astype(np.float64)
 
 
 def read_58(raw: RawSet, fail: Fail) -> Function58:

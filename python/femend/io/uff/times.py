@@ -11,19 +11,31 @@ from numpy.typing import NDArray
 from femend.data import TimeData
 from femend.errors import RecordingError
 from femend.io.channel_map import ChannelMap, converted
+from femend.io.rounded import even_grid
+from femend.io.uff.abscissa import abscissa_scale, last_digits
 from femend.io.uff.labels import Context, channel_of, label_of, side_of
 from femend.io.uff.reader import UniversalFile
 from femend.io.uff.set58 import Function58
+from femend.numerals import plain
 from femend.units import SYSTEMS
+
+# share of the mean step by which a step may be off it
+_EVEN = 1e-3
 
 __all__ = ["even_step", "printed_step", "time_data"]
 
 
 def even_step(x: NDArray[np.float64], name: str) -> float:
-    """Step of the evenly spaced axis `x`; raises RecordingError naming the worst step otherwise."""
+    """Step of the evenly spaced axis `x` (n,) in s; raises RecordingError naming the worst step otherwise."""
     steps = np.diff(x)
     step = float((x[-1] - x[0]) / max(len(x) - 1, 1))
-    if len(x) > 1 and (step <= 0 or np.abs(steps - step).max() > 1e-3 * step):
+    if not np.isfinite(x).all():
+        at = int(np.flatnonzero(~np.isfinite(x))[0])
+        raise RecordingError(
+            f"recording {name!r}: the time of sample {at} is {x[at]}; cut the record there or export it again",
+            recording=name,
+        )
+    if len(x) > 1 and (step <= 0 or np.abs(steps - step).max() > _EVEN * step):
         worst = int(np.argmax(np.abs(steps - step)))
         raise RecordingError(
             f"recording {name!r}: the time axis is not even: step {worst} is {steps[worst]:.6g} s, the mean {step:.6g} "
@@ -50,12 +62,23 @@ def printed_step(dx: float) -> float:
     return dx
 
 
-def _step(function: Function58, name: str) -> tuple[float, float]:
+def _step(context: Context, function: Function58) -> tuple[float, float]:
     """Start and step of a time function in s."""
     h = function.header
+    scale = abscissa_scale(context, function, "s")
     if h.even:
-        return h.x0, printed_step(h.dx)
-    return float(function.x[0]) if function.x.size else 0.0, even_step(function.x, name)
+        return h.x0 * scale, printed_step(float(f"{h.dx * scale:.15g}"))
+    x = function.x * scale
+    try:
+        return float(x[0]) if x.size else 0.0, even_step(x, context.name)
+    except RecordingError:
+        grid = even_grid(x, last_digits(function) * scale) if np.isfinite(x).all() else None
+        if grid is None:
+            raise
+    context.say(
+        f"times that are even but for their last digits are taken as even, with a step of {plain(grid[1], 7)} s"
+    )
+    return grid
 
 
 def time_data(
@@ -74,7 +97,7 @@ def time_data(
     """
     context = Context(file, name, SYSTEMS[units])
     first = functions[0]
-    t0, dt = _step(first, name)
+    t0, dt = _step(context, first)
     channels, rows = [], []
     stated = _stated(functions, maps, name)
     for position, function in enumerate(functions):
@@ -86,7 +109,7 @@ def time_data(
             channel, factor = channel_of(context, function, "rsp", function.header.ordinate)
             values = values * factor
         here = f"data set {function.record} ({label_of(function) or channel.text})"
-        start, step = _step(function, name)
+        start, step = _step(context, function)
         if abs(step - dt) > 1e-6 * abs(dt) or abs(start - t0) > 1e-3 * abs(dt):
             raise RecordingError(
                 f"recording {name!r}: {here} starts at {start:g} s with step {step:g} s, data set {first.record} at "
@@ -106,8 +129,9 @@ def time_data(
             raise RecordingError(f"recording {name!r}: {here} is a complex time record; export it as real")
         channels.append(channel)
         rows.append(values)
-    if first.header.even and dt != first.header.dx:
-        context.say(f"time step {first.header.dx:g} s taken as 1/{round(1 / dt)} s")
+    printed = first.header.dx * abscissa_scale(context, first, "s")
+    if first.header.even and abs(dt - printed) > 1e-12 * abs(dt):
+        context.say(f"time step {printed:g} s taken as 1/{round(1 / dt)} s")
     return TimeData(name, dt, np.array(rows), tuple(channels), t0), context.notes
 
 

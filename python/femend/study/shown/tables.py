@@ -14,7 +14,7 @@ from femend.estimate import noise_floor
 from femend.numerals import listed, plain
 from femend.report import words
 from femend.report.content import Check, LawRow, ParameterRow, Place
-from femend.report.numbers import significant
+from femend.report.numbers import factor_as_percent, significant
 from femend.study.shown.curves import accepted
 
 if TYPE_CHECKING:
@@ -183,8 +183,8 @@ def checks(run: StudyRun) -> tuple[Check, ...]:
             Check(
                 "Did a mode need a frequency of its own, beyond what mesh and idealisation are off by?",
                 "yes" if far else "no",
-                f"{100 * mode.shift:+.1f} % at {plain(mode.freq, 3)} Hz, {significant(mode.deviations, 2)} standard "
-                f"deviations; {significant(settings.parameter_z, 2)} is far",
+                f"{factor_as_percent(1.0 + mode.shift)} at {plain(mode.freq, 3)} Hz, {significant(mode.deviations, 2)} "
+                f"standard deviations; {significant(settings.parameter_z, 2)} is far",
             )
         )
     # an interrupted run may not have come to these

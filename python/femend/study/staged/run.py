@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
 from femend.data import Test
 from femend.diagnose.staged import (
     ConfigurationSpec,
@@ -25,7 +24,7 @@ from femend.dof import Dof
 from femend.errors import RecordingError, StudyError
 from femend.estimate import pair_test
 from femend.io import OutputDirectory
-from femend.io.deck import patch_deck
+from femend.io.deck import patch_deck, read_deck
 from femend.io.updated_files import updated_files
 from femend.model import Model, Pairing
 from femend.model.model import model_of
@@ -71,7 +70,7 @@ def diagnose_staged(
     """Runs a study stage by stage and writes what the contract asks for, `told` among the warnings; raises what the
     readers raise."""
     with steps.step("read the deck and the recordings"):
-        free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=study.parameters)
+        free = free_model(read_deck(study.model_file), units=study.units, parameters=study.parameters)
         test = study.read_recordings()
         pairing = pair_test(test, free)
         whole = test

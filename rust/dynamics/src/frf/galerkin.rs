@@ -104,8 +104,12 @@ impl<'a> Galerkin<'a> {
     /// B_outᵀ V y (n_out, n_in), last axis fastest.
     pub fn outputs(&self, y: &[Complex64]) -> Vec<Complex64> {
         let r = self.len();
+        if r == 0 {
+            // forces where nothing can move leave no direction
+            return vec![Complex64::ZERO; self.output.ncols() * self.b_in.ncols()];
+        }
         let entry = |o: usize, y: &[Complex64]| self.output.col(o).iter().zip(y).map(|(b, y)| b * y).sum();
-        (0..self.output.ncols()).flat_map(|o| y.chunks_exact(r.max(1)).map(move |y| entry(o, y))).collect()
+        (0..self.output.ncols()).flat_map(|o| y.chunks_exact(r).map(move |y| entry(o, y))).collect()
     }
 
     /// ‖B - Z V y‖ / ‖B‖ of lines, the largest over the inputs, in units of the metric.
