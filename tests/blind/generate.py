@@ -58,6 +58,9 @@ def arguments() -> argparse.Namespace:
     ap.add_argument(
         "--across", type=float, default=0.0, help="what sensors pick up of motion across them (standard deviation)"
     )
+    ap.add_argument(
+        "--reach", type=float, default=1.0, help="how many times as far as the deck's mesh follows the forces reach"
+    )
     ap.add_argument("--gain", type=float, default=0.0, help="errors of calibration of every channel (relative)")
     ap.add_argument(
         "--beyond",
@@ -81,7 +84,9 @@ def main() -> None:
     for i in range(a.start - 1, a.cases):
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
         label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family, a.unmeasured)
-        options = case.Options(a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered, a.across, a.gain)
+        options = case.Options(
+            a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered, a.across, a.gain, a.reach
+        )
         tasks.append((a.out, a.seed, i, family, label, options))
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()

@@ -60,13 +60,15 @@ class RecordLines:
         tempering: float,
         cut_off: NDArray[np.complex128] | None = None,
         picked_up: tuple[Sequence[int], NDArray[np.complex128], float] | None = None,
+        driven_to: float = 0.0,
     ) -> RecordLines:
         """`s` (K,) rad/s, spectra `u` (K, n_in) of forces and `y` (K, n_out) of accelerations, `weight` (K, n_out) =
         1/sd, rows of the basis at sensors `out_rows` (n_out, r) and forces `in_rows` (n_in, r), step `dt` s, decay of
         the window `sigma` 1/s, `n_samples` of the record; each line stands for `thinning` lines and counts
         `tempering` * `thinning` in the cost; `cut_off` (K, n_out) are accelerations beside those of the model, whatever
         its unknowns are; `picked_up` are the sensors (m) that may hold shares, of this standard deviation, of the
-        accelerations (K, m), which are eliminated. Raises ModelError where sizes do not fit."""
+        accelerations (K, m), which are eliminated; modes up to `driven_to` rad/s ring on beyond the record's end, those
+        of the lines and a few above them in any case. Raises ModelError where sizes do not fit."""
 
 @final
 class Hypothesis:
@@ -164,9 +166,10 @@ def model_columns(
     Raises ModelError for arrays that do not fit or a model that cannot be solved.
     """
 
-def n_decaying(omega: NDArray[np.float64], highest: float, n_tuned: int) -> int:
+def n_decaying(omega: NDArray[np.float64], highest: float, n_tuned: int, driven: float = 0.0) -> int:
     """How many modes of circular frequencies `omega` (r,), rad/s in rising order, have free decays on lines up to
-    `highest` (rad/s): the `n_tuned` of the band, and those above the lines whose skirts reach into them."""
+    `highest` (rad/s): the `n_tuned` of the band, and those above the lines whose skirts reach into them or
+    that the forces, which excite up to `driven` (rad/s), make ring."""
 
 def closing_sigma(duration: float) -> float:
     """Decay, 1/s, above which a window exp(-sigma t) has closed at the end of a record of `duration` s."""

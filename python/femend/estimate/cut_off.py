@@ -42,12 +42,13 @@ def cut_off(
     modal: tuple[FloatArray, FloatArray, FloatArray],
     rows: tuple[FloatArray, FloatArray],
     n_tuned: int,
+    driven_to: float = 0.0,
 ) -> ComplexArray:
     """Accelerations (K, n_out) on lines s (K,) that modes without free decays have beside those of a force that was cut
-    off, which is `lacking` (K, n_in) of the one they follow; `modal` are omega and zeta (r,) and the modes (r, r) in
-    the basis, `rows` those of the sensors and forces in it."""
+    off, which is `lacking` (K, n_in) of the one they follow, and which excites up to `driven_to` rad/s; `modal` are
+    omega and zeta (r,) and the modes (r, r) in the basis, `rows` those of the sensors and forces in it."""
     omega, zeta, Q = modal
-    n = _core.n_decaying(omega, float(s.imag.max()), n_tuned)
+    n = _core.n_decaying(omega, float(s.imag.max()), n_tuned, driven_to)
     out, into = (np.asarray(at @ Q[:, n:]) for at in rows)
     g = 1.0 / (s[:, None] ** 2 + 2 * (zeta * omega)[n:] * s[:, None] + omega[n:] ** 2)
     return np.asarray(s[:, None] ** 2 * ((g * (lacking @ into)) @ out.T))

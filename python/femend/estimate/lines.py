@@ -14,7 +14,7 @@ from femend.data.bands import within_band
 from femend.estimate.cut_off import cut_off, static_part
 from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, Across, PickedUp
-from femend.estimate.power import may_be_noise, smoothed
+from femend.estimate.power import holds_power, may_be_noise, smoothed
 from femend.model import ReducedModel
 
 __all__ = [
@@ -121,6 +121,11 @@ class FitRecord:
             return np.zeros(len(freq))
         share = np.interp(freq, np.fft.rfftfreq(self.n, self.dt), self._may_be_noise)
         return np.where(freq > self.known_to, share, 0.0)
+
+    @cached_property
+    def driven_to(self) -> float:
+        """Up to where the forces of a time record excite, rad/s; 0 of an FRF and where none was recorded."""
+        return 2 * np.pi * holds_power(self.u, self.dt)[1] if self.driven and self.frf is None else 0.0
 
     @cached_property
     def _may_be_noise(self) -> FloatArray:
@@ -265,7 +270,7 @@ def spectral_lines(
     s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
     second = np.fft.rfft(record.second[:, first:] * window, axis=1)[:, index].T
     rows = reduced.rows(record.out_rows, record.out_signs), reduced.rows(record.in_rows, record.in_signs)
-    beside = cut_off(s, np.asarray(second / s[:, None] ** 2 - U), modal, rows, n_tuned)
+    beside = cut_off(s, np.asarray(second / s[:, None] ** 2 - U), modal, rows, n_tuned, record.driven_to)
     return _made(record, reduced, sigma, chosen, n, step, across, np.ascontiguousarray(beside))
 
 
@@ -325,6 +330,7 @@ def _made(
         TEMPERING,
         beside,
         None if across is None else (across.sensor.tolist(), across.motion, ACROSS_SD),
+        record.driven_to,
     )
     return Lines(record, sigma, freq, index, U, Y, weight, TEMPERING * step, core, picked_up)
 

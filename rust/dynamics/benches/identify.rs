@@ -86,6 +86,7 @@ fn record(system: &System, p: &[f64]) -> RecordLines {
         n_samples: 2000.0,
         thinning: 1.0,
         sigma: 0.0,
+        driven_to: 0.0,
         share: 0.1,
     }
 }

@@ -296,25 +296,30 @@ mod tests {
 
     #[test]
     fn the_law_that_made_a_force_leaves_nothing_of_it() {
-        let truth = [900.0, 700.0, 25.0];
+        let truth = [900.0, 700.0, 0.02];
         let free = of_a_law(&truth);
         let law = Law::new(Kind::from_name("viscoelastic").unwrap(), &truth).unwrap();
         let kappa: Vec<_> = free.s.iter().map(|s| law.dynamic_stiffness(*s).unwrap().0).collect();
         let none = vec![Complex64::ZERO; free.len()];
         assert!(free.left(&kappa) < 1e-20 * free.left(&none));
         let how = Follow { steps: 40, longest: 1.5, farthest: 12.0 };
-        let start: Vec<f64> = [300.0_f64, 300.0, 50.0].iter().map(|v| v.ln()).collect();
-        let ends = follow(Kind::from_name("viscoelastic").unwrap(), &[start.clone(), start], &[free], how);
+        let start: Vec<f64> = [300.0_f64, 300.0, 0.05].iter().map(|v| v.ln()).collect();
+        let ends = follow(
+            Kind::from_name("viscoelastic").unwrap(),
+            &[start.clone(), start],
+            std::slice::from_ref(&free),
+            how,
+        );
         let (cost, x) = ends[1].clone().unwrap();
-        assert!(cost < 1e-8, "{cost}");
+        assert!(cost < 1e-12 * free.left(&none), "{cost}");
         x.iter().zip(&truth).for_each(|(x, v)| assert_relative_eq!(x.exp(), *v, max_relative = 1e-4));
     }
 
     #[test]
     fn slopes_are_those_of_the_cost() {
         let kind = Kind::from_name("viscoelastic").unwrap();
-        let free = [of_a_law(&[900.0, 700.0, 25.0])];
-        let x: Vec<f64> = [500.0_f64, 400.0, 60.0].iter().map(|v| v.ln()).collect();
+        let free = [of_a_law(&[900.0, 700.0, 0.02])];
+        let x: Vec<f64> = [500.0_f64, 400.0, 0.06].iter().map(|v| v.ln()).collect();
         let at = evaluate(kind, &x, &free).unwrap();
         for i in 0..3 {
             let moved = |by: f64| {
@@ -322,7 +327,7 @@ mod tests {
                 x[i] += by;
                 evaluate(kind, &x, &free).unwrap().cost
             };
-            assert_relative_eq!(2.0 * at.g[i], (moved(1e-5) - moved(-1e-5)) / 2e-5, max_relative = 1e-6);
+            assert_relative_eq!(2.0 * at.g[i], (moved(1e-4) - moved(-1e-4)) / 2e-4, max_relative = 1e-6);
         }
     }
 

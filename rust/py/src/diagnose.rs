@@ -126,7 +126,7 @@ pub(crate) struct RecordLines {
 #[pymethods]
 impl RecordLines {
     #[new]
-    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, n_samples, thinning, tempering, cut_off = None, picked_up = None))]
+    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, n_samples, thinning, tempering, cut_off = None, picked_up = None, driven_to = 0.0))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         s: PyReadonlyArray1<'_, Complex64>,
@@ -142,8 +142,10 @@ impl RecordLines {
         tempering: f64,
         cut_off: Option<PyReadonlyArray2<'_, Complex64>>,
         picked_up: Option<(Vec<usize>, PyReadonlyArray2<'_, Complex64>, f64)>,
+        driven_to: f64,
     ) -> PyResult<Self> {
         let inner = CoreLines {
+            driven_to,
             cut_off: cut_off.map_or_else(Vec::new, |a| a.as_array().iter().copied().collect()),
             picked_up: picked_up.map_or_else(PickedUp::default, |(sensor, motion, sd)| PickedUp {
                 sensor,
@@ -358,9 +360,9 @@ fn force_products<'py>(
 
 /// How many modes have free decays on a record's lines; see the stub of `femend._core`.
 #[pyfunction]
-#[pyo3(signature = (omega, highest, n_tuned))]
-fn n_decaying(omega: PyReadonlyArray1<'_, f64>, highest: f64, n_tuned: usize) -> usize {
-    core_n_decaying(&omega.as_array().to_vec(), highest, n_tuned)
+#[pyo3(signature = (omega, highest, n_tuned, driven = 0.0))]
+fn n_decaying(omega: PyReadonlyArray1<'_, f64>, highest: f64, n_tuned: usize, driven: f64) -> usize {
+    core_n_decaying(&omega.as_array().to_vec(), highest, n_tuned, driven)
 }
 
 /// Decay from which a window has closed at a record's end; see the stub of `femend._core`.

@@ -140,8 +140,10 @@ def draw_gains(rng: np.random.Generator, test: Test, sd: float) -> np.ndarray | 
     return np.exp(sd * rng.standard_normal(1 + len(test.sensors))) if sd > 0 else None
 
 
-def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float, excitation: str = "") -> Test:
-    """Everything but the effect."""
+def draw_test(
+    rng: np.random.Generator, family: str, kind: str, noise: float, excitation: str = "", reach: float = 1.0
+) -> Test:
+    """Everything but the effect; the forces reach `reach` times as far as the band, to 0.45 of the rate at most."""
     s = (FAMILIES | ALONE)[family](rng)
     real = draw_real(rng, s, kind)
     plain = build(s, real)
@@ -151,7 +153,7 @@ def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float, ex
     places = [(n, c) for n in s.free for c in s.axes]
     drive = places[int(rng.integers(len(places)))]
     some = [places[i] for i in rng.choice(len(places), min(s.n_sensors, len(places)), replace=False)]
-    kind_of, forces = draw_forces(rng, band, rate, excitation)
+    kind_of, forces = draw_forces(rng, (band[0], max(band[1], min(reach * band[1], 0.45 * rate))), rate, excitation)
     names = {name: i for i, name in enumerate(plain.names)}
     return Test(
         s,

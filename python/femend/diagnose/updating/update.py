@@ -169,7 +169,18 @@ def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: fl
     own = _updated(*modelled(drawn, records, zeta, as_built_in=start.problem.band))
     if not _explains(own.null, start.null) and not _better_as_given(start):
         return None
+    whole = _excited(records)
+    if (
+        whole[1] > start.problem.band[1]
+    ):  # the refined model's ends where its mesh does; the deck's own has no error here
+        own = _updated(*modelled(drawn, records, zeta, as_built_in=whole))
     return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
+
+
+def _excited(records: Sequence[FitRecord]) -> tuple[float, float]:
+    """The band (Hz) of the records, with resonances just above it that they show."""
+    records = [at_work(r) for r in records]
+    return further_band(used_band(records), records)
 
 
 def _as_built(start: UpdatedModel) -> Model | None:

@@ -8,6 +8,7 @@ use super::prepared::Prepared;
 use super::response::Response;
 use femend_linalg::Dense;
 use num_complex::Complex64;
+use std::f64::consts::PI;
 
 /// Power of a mode, relative to the strongest, below which its free decay is not believed to be any smaller.
 const DECAY_FLOOR: f64 = 1e-6;
@@ -23,6 +24,8 @@ pub(crate) struct Decays {
     pub inner: Vec<Split>,
     /// Inverse prior variances of the amplitudes.
     pub ridge: Vec<f64>,
+    /// How many times as strongly each mode rings as its answer on the lines shows (`ringing`).
+    ringing: Vec<f64>,
 }
 
 impl Decays {
@@ -38,7 +41,8 @@ impl Decays {
             at.tail(*pole, tails.col_mut(2 * m));
             at.tail(pole.conj(), tails.col_mut(2 * m + 1));
         }
-        let mut ridge = decay_ridge(at, response, q);
+        let ringing = ringing(at, response);
+        let mut ridge = decay_ridge(at, &ringing, q);
         let mut inner = Vec::new();
         for (force, weight) in inner_forces(at, response, hypothesis, x, d)? {
             inner.push(force);
@@ -46,7 +50,7 @@ impl Decays {
         }
         let held = 1.0 / (at.record.share * at.record.picked_up.sd.powi(2)).max(1.0 / MOST_HELD);
         ridge.extend(at.record.picked_up.sensor.iter().map(|_| held));
-        Ok(Self { tails, inner, ridge })
+        Ok(Self { tails, inner, ridge, ringing })
     }
 
     /// Number of columns.
@@ -117,7 +121,7 @@ impl Decays {
             return 0.0;
         }
         let size = amplitudes[2 * m].powi(2) + amplitudes[2 * m + 1].powi(2);
-        -size * ridge * ridge * variance(at, 1.0)
+        -size * ridge * ridge * variance(at, self.ringing[m])
     }
 
     /// The same, or where no loop is closed, and they are not needed, without displacement and velocity.
@@ -246,16 +250,35 @@ fn variance(at: &Prepared<'_>, power: f64) -> f64 {
     2.0 * power * at.record.thinning / (at.record.n_samples * at.record.n_samples)
 }
 
+/// How many times the power that each mode shows on the lines it has in all: one of those of the band, and above it, where
+/// the forces reach it, as much more as a resonance has than its skirt under a force of even spectrum, π ω/(4 ζ) over the
+/// integral of |ω² g|² (white noise through a mode).
+fn ringing(at: &Prepared<'_>, response: &Response) -> Vec<f64> {
+    let s = &at.record.s;
+    let (lowest, highest) = s.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), s| (a.min(s.im), b.max(s.im)));
+    let apart = (highest - lowest) / (s.len().max(2) - 1) as f64;
+    let of_mode = |pole: &Complex64| {
+        let (omega, decay) = (pole.norm(), -pole.re);
+        if omega <= highest || omega > at.record.driven_to || apart <= 0.0 || decay <= 0.0 {
+            return 1.0;
+        }
+        let skirt: f64 =
+            s.iter().map(|s| (s * s / (s * s + 2.0 * decay * s + omega * omega)).norm_sqr()).sum();
+        (0.25 * PI * omega * omega / decay / (apart * skirt).max(f64::MIN_POSITIVE)).max(1.0)
+    };
+    response.poles.iter().map(of_mode).collect()
+}
+
 /// Inverse prior variances of the decay amplitudes: a decay is about as strong as the mode's own answer `q` to the force.
 /// Without that, a free force and a decay of the mode it drives could grow against each other without limit.
-fn decay_ridge(at: &Prepared<'_>, response: &Response, q: &Split) -> Vec<f64> {
+fn decay_ridge(at: &Prepared<'_>, ringing: &[f64], q: &Split) -> Vec<f64> {
     let (re, im) = at.s2.col(0);
     let factor: Vec<f64> = re.iter().zip(im).map(|(a, b)| a * a + b * b).collect();
-    let power: Vec<f64> = (0..response.poles.len())
-        .map(|m| {
+    let power: Vec<f64> = (ringing.iter().enumerate())
+        .map(|(m, times)| {
             let (re, im) = q.col(m);
             let sum: f64 = factor.iter().zip(re.iter().zip(im)).map(|(f, (a, b))| f * (a * a + b * b)).sum();
-            variance(at, sum)
+            variance(at, sum * times)
         })
         .collect();
     let floor = DECAY_FLOOR * power.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));

@@ -44,6 +44,8 @@ pub struct RecordLines {
     pub thinning: f64,
     /// Decay of the exponential window, 1/s.
     pub sigma: f64,
+    /// Up to where the forces excite, rad/s; 0 where that is not above the lines.
+    pub driven_to: f64,
     /// Share of a line in the cost: tempering times the lines it stands for.
     pub share: f64,
 }

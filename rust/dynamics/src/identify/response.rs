@@ -284,7 +284,7 @@ fn poles(at: &Prepared<'_>, modal: &Modal, n_tuned: usize) -> Vec<Complex64> {
         return Vec::new();
     }
     let highest = record.s.iter().fold(0.0_f64, |a, s| a.max(s.im));
-    let n = n_decaying(&modal.omega, highest, n_tuned);
+    let n = n_decaying(&modal.omega, highest, n_tuned, record.driven_to);
     (0..n)
         .map(|m| {
             let z = modal.zeta[m].min(0.999);

@@ -88,6 +88,7 @@ fn record(numbers: &mut Numbers, n_out: usize, n_in: usize, sigma: f64) -> Recor
         n_samples: 900.0,
         thinning: 2.0,
         sigma,
+        driven_to: 0.0,
         share: 0.2,
     }
 }
