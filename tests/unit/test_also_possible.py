@@ -31,7 +31,8 @@ def possible(monkeypatch: pytest.MonkeyPatch, found: Any, alike: list[Any]) -> l
         reduced=SimpleNamespace(model=None), located=[], further=None, ranked=[], settings=SimpleNamespace(margin=10.0)
     )
     located = SimpleNamespace(place=found, alike=tuple(alike), cost=0.0)
-    return cast(list[list[int]], findings._location(cast(Any, diagnosis), cast(Any, located))["also_possible"])
+    others, _ = findings._not_told_apart(cast(Any, diagnosis), cast(Any, located))
+    return others[: findings.ALSO]
 
 
 def test_a_law_between_two_nodes_along_an_axis_may_act_on_one_of_them_from_the_ground(

@@ -12,7 +12,7 @@ from femend.diagnose.locating.receptances import at_sensors, on_lines
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Distinct", "distinct", "similarity", "similarity_to"]
+__all__ = ["Distinct", "answers_beside", "distinct", "similarity", "similarity_to"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -46,17 +46,34 @@ def similarity_to(
     return total / max(count, 1)
 
 
+def answers_beside(
+    problem: Problem, reduced: ReducedModel, place: Place, others: Sequence[Place], p: FloatArray
+) -> FloatArray:
+    """How many times as far a force at each of `others` moves the sensors as one at `place` (n,), along what that does
+    to them, over the problem's lines; all with one force, at the unknowns `p` of the model."""
+    along, own = np.zeros(len(others), dtype=complex), 0.0
+    for h in _answers(problem, reduced, [place, *others], p):
+        along += h[1:] @ h[0].conj()
+        own += float(np.vdot(h[0], h[0]).real)
+    return np.abs(along) / max(own, 1e-300)
+
+
 def _directions(
     problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: FloatArray
 ) -> Iterator[ComplexArray]:
     """Weighted accelerations (n, n_out) that a force at each place makes, of length one; line after line."""
+    for h in _answers(problem, reduced, places, p):
+        yield h / np.maximum(np.linalg.norm(h, axis=1), 1e-300)[:, None]
+
+
+def _answers(problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: FloatArray) -> Iterator[ComplexArray]:
+    """Weighted accelerations (n, n_out) that a force of one at each place makes, line after line."""
     omega, zeta, Q = problem.modes(reduced, p)
     W = np.array([place.w(reduced.V, reduced.V_a)[0] for place in places]) @ Q
     for line in problem.lines(reduced):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
         for k in range(len(s)):
-            h = (W * g[k]) @ out.T * line.weight[k]
-            yield h / np.maximum(np.linalg.norm(h, axis=1), 1e-300)[:, None]
+            yield (W * g[k]) @ out.T * line.weight[k] * abs(s[k]) ** 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ from femend.model import Place
 from femend.model.places.places import Topology, stretches, topology
 from femend.physics import CATALOGUE, FitCoordinates, companion_jacobian, physics
 from femend.report.vocabulary import DIRECTIONS
+from femend.study.result.open_place import answers_elsewhere, over_places
 from femend.study.result.told import told
 from femend.units import UnitSystem, unit_system
 
@@ -32,8 +33,8 @@ ROUND_OFF = 1e-6
 # laws that are listed beside the named one, and from which probability on
 ALTERNATIVES, LEAST = 5, 0.001
 # what estimates of a law's parameters are off by beside what noise explains, relative, and those of one whose place is
-# not told from others; set on generated cases for 90 % intervals that hold nine of ten (`interval_widths.py` of
-# tests/blind on sets 86, 153 to 155, 157 and 158)
+# not told from others at least; set on generated cases for 90 % intervals that hold nine of ten (`interval_widths.py`
+# of tests/blind on sets 86, 153 to 155, 157 and 158)
 OFF_LAW, OPEN_PLACE = 0.06, 0.3
 
 
@@ -54,7 +55,7 @@ def findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def _load_finding(diagnosis: Diagnosis, load: LoadFinding) -> dict[str, Any]:
     """A force or a motion of the base that was not recorded, or not as it was."""
-    alike = [] if diagnosis.place is None else _location(diagnosis, diagnosis.place)["also_possible"]
+    alike = [] if diagnosis.place is None else _not_told_apart(diagnosis, diagnosis.place)[0][:ALSO]
     location = {
         "nodes": list(load.nodes),
         "to": "ground" if load.physics == "base_motion" else "",
@@ -112,13 +113,14 @@ def _finding(
         named, probabilities = None, {}
     if best is None or diagnosis.rival is not None:
         probabilities = {law: p * (1.0 - CALIBRATION.surest) for law, p in probabilities.items()}
-    where = _location(diagnosis, place)
-    open_place = bool(where["also_possible"])
+    others, rivals = _not_told_apart(diagnosis, place)
+    where = _location(diagnosis, place, others, rivals)
+    answers = answers_elsewhere(diagnosis, place.place, rivals) if others else None
     found = {
         **law_words(name),
         "probability": None if named is None else round(named, 3),
         "location": where,
-        "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, open_place),
+        "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, answers),
         "alternatives": alternatives(probabilities),
         "configurations": ["as modelled"],
     }
@@ -145,9 +147,9 @@ def _along(nodes: tuple[int, ...], single: list[int], top: Topology) -> list[int
     return [node for node in single if stretches(top, [*nodes, node]) == [nodes]]
 
 
-def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
-    """The place and those that the recordings cannot tell from it: look-alikes, first where the model suggests that
-    something is attached, then places that fit as well."""
+def _not_told_apart(diagnosis: Diagnosis, place: Located) -> tuple[list[list[int]], list[Place]]:
+    """Places that the recordings cannot tell from one, by their nodes, and those of them that are no beddings:
+    look-alikes, first where the model suggests that something is attached, then places that fit as well."""
     top = topology(diagnosis.reduced.model)
     like = [p for p in place.alike if p.direction == place.place.direction and p.kind == place.place.kind]
     single = [p.nodes[0] for p in like if len(p.nodes) == 1]
@@ -171,11 +173,18 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
             others.append(list(nodes))
             rivals += [] if other.bed else [other]
             covered.update(() if other.bed else other.nodes)
+    return others, rivals
+
+
+def _location(
+    diagnosis: Diagnosis, place: Located, others: Sequence[list[int]], rivals: Sequence[Place]
+) -> dict[str, Any]:
+    """The place, `others` that the recordings cannot tell from it, and the sensor that would."""
     said: dict[str, Any] = {
         "nodes": list(place.place.nodes),
         "to": place.place.to,
         "direction": place.place.direction,
-        "also_possible": others[:ALSO],
+        "also_possible": list(others[:ALSO]),
     }
     if place.place.kind in ("region", "connection", "bushes"):
         # of what the factor is, or which have the law each; the nodes are the corners of a region
@@ -219,16 +228,18 @@ def _next_sensor(diagnosis: Diagnosis, place: Located, rivals: Sequence[Place]) 
     return {"node": found.node, "direction": found.axis, "tells_apart": found.apart, "of": found.rivals}
 
 
-def _law_parameters(diagnosis: Diagnosis, best: Candidate, open_place: bool) -> dict[str, Any]:
+def _law_parameters(diagnosis: Diagnosis, best: Candidate, answers: NDArray[np.float64] | None) -> dict[str, Any]:
+    """What a law is told by, with deviations; `answers` of places that are not told apart as `answers_elsewhere` has
+    them, None where there are none."""
     system = unit_system(diagnosis.reduced.model.units)
     if best.physics is None:
-        return _part_parameters(best, system, OPEN_PLACE if open_place else OFF_LAW)
+        return _part_parameters(best, system, OFF_LAW if answers is None else OPEN_PLACE)
     turning = best.joint is not None and best.joint.place.direction.startswith("R")
     parameters, values, J = told(diagnosis, best)
-    least = OPEN_PLACE if open_place else OFF_LAW
+    least = {p.name: OFF_LAW if answers is None else max(OPEN_PLACE, over_places(p, answers)) for p in parameters}
     own = _law_sd(best, [p.name for p in parameters], J)
     # what is chosen, as the sides of a contact, has none
-    sd = {name: float(np.hypot(s, least * values[name])) if s > 0 else s for name, s in own.items()}
+    sd = {name: float(np.hypot(s, least[name] * values[name])) if s > 0 else s for name, s in own.items()}
     return {
         p.name: {
             "value": rounded(values[p.name]),
