@@ -259,6 +259,9 @@ def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
         "Nothing is missing: the model explains the recordings once updated (E −10.0 %); "
         "error on the fitted recordings 0.30 → 0.10."
     )
+    # two digits that are the same would say that nothing was gained
+    little = {**result, "fit": [{"recording": "a", "role": "fit", "nominal": 0.024, "parameters": 0.0215}]}
+    assert headline(little).endswith("0.024 → 0.021.")
 
 
 def test_certainty_does_not_claim_more_than_it_is_given() -> None:

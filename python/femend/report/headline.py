@@ -266,7 +266,8 @@ def _gain(result: Result, before: str, after: str) -> str:
 
 def _gain_text(gain: ErrorGain) -> str:
     kind = "prediction error" if gain.which == UNSEEN else "error"
-    decimals = 2 if min(gain.before, gain.after) >= 0.0095 else 3
+    told_apart = f"{gain.before:.2f}" != f"{gain.after:.2f}"
+    decimals = 2 if told_apart and min(gain.before, gain.after) >= 0.0095 else 3
     return f"; {kind} on {gain.which} {gain.before:.{decimals}f} → {gain.after:.{decimals}f}"
 
 
