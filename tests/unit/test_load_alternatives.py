@@ -57,7 +57,8 @@ def test_a_misplaced_force_keeps_where_it_was_recorded() -> None:
 
 
 def test_laws_tried_in_vain_share_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("femend.study.result.findings._location", lambda *_: {"also_possible": []})
+    monkeypatch.setattr("femend.study.result.findings._not_told_apart", lambda *_: ([], []))
+    monkeypatch.setattr("femend.study.result.findings._location", lambda *_: {})
     diagnosis = cast(Any, SimpleNamespace(rival=None))
     found = _finding(diagnosis, cast(Any, None), None, {"joint_stiffness": 0.9, "added_mass": 0.05})
     assert (found["physics"], found["probability"]) == ("", 0.0)

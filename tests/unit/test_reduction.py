@@ -234,3 +234,16 @@ def test_many_parameters_are_held_by_combinations_of_what_they_do(
     full = receptance(K, M, model.transformation()[rows].T.toarray(), freq)
     small = receptance(*system_at(reduced, np.array([1.1, 0.9])), reduced.rows(rows).T, freq)
     assert np.abs(small - full).max() < 1e-2 * np.abs(full).max()
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_what_moves_no_mass_joins_no_basis(large: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rounding left a mass of 1e-32 to answers of massless rotations, which then had entries of 1e17."""
+    monkeypatch.setattr(static_basis, "LARGE", 1 if large else 10)
+    M = diags_array([2.0, 1.0, 0.5, 0.0]).tocsc()
+    phi = joined(np.zeros((4, 0)), np.eye(4)[:, :1], M)
+    rounding = np.array([1e-17, 1e-17, 0.0, 0.3])
+    V = joined(phi, np.column_stack([rounding, [0.0, 1e-5, 0.0, 0.3]]), M)
+    assert V.shape == (4, 2)
+    np.testing.assert_allclose(V.T @ (M @ V), np.eye(2), atol=1e-10)
+    assert added(phi, rounding[:, None], M).shape == (4, 0)

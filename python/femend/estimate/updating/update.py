@@ -68,8 +68,8 @@ def update(
     mate's: a mode that all others contradict then is left out, which is noted (`contradicted`; not without `doubt`).
     The search ends when the linearised problem promises less than
     `tolerance`^2 of the cost or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their
-    limits), when no step lowers the cost ("stalled"; "converged" where less than 1e-4 is promised, a hundredth of the
-    unknowns' deviations), after `iterations` (of each such search, "limit"), or when `stop` of an iteration is
+    limits), when no step lowers the cost ("stalled") or after `iterations` (of each such search, "limit"; both are
+    "converged" where less than 1e-4 is promised, a hundredth of the unknowns' deviations), or when `stop` of an iteration is
     True ("stopped").
 
     `history` is a file that keeps every iteration; with `resume` the search goes on from it where it exists. A point at
@@ -137,6 +137,8 @@ class _Run:
             if self.stopped or (self.stop is not None and self.stop(search.iterations[-1])):
                 status, self.stopped = "stopped", True
                 break
+        if status == "limit" and _settled(problem, search.here, lower, upper, scale):
+            status = "converged"  # it crept along what the responses do not tell
         at = _at_bound(search.here.p, lower, upper, scale)
         if status == "converged" and at.any():
             status = "at bound"
@@ -238,10 +240,7 @@ def _advance(
 ) -> Status | None:
     """One accepted step; a status where there is none to take."""
     here = search.here
-    R = root(problem.unknowns.precision)
-    assert here.jacobian is not None
-    residual = np.concatenate([here.residual, R @ (here.p - problem.unknowns.mean)])
-    jacobian = np.vstack([here.jacobian, R])
+    residual, jacobian = _with_priors(problem, here)
     notes: list[str] = []
     while search.radius > SMALLEST_RADIUS:
         box = search.radius * scale
@@ -273,12 +272,26 @@ def _advance(
                 continue
             return None
     # a minimum beside which costs are rounding, or where modes part, lets no step pass either
-    if not notes and best_step(residual, jacobian, lower - here.p, upper - here.p, scale)[1] <= SETTLED:
+    if not notes and _settled(problem, here, lower, upper, scale):
         return "converged"
     # what stood in the way would be lost with the step that was not taken
     last = search.iterations[-1]
     search.iterations[-1] = replace(last, notes=(*last.notes, *dict.fromkeys(notes)))
     return "stalled"
+
+
+def _with_priors(problem: Problem, here: Evaluation) -> tuple[FloatArray, FloatArray]:
+    """Residual (n_values + n,) and derivatives by the unknowns (n_values + n, n), with those of the priors."""
+    R = root(problem.unknowns.precision)
+    assert here.jacobian is not None
+    residual = np.concatenate([here.residual, R @ (here.p - problem.unknowns.mean)])
+    return residual, np.vstack([here.jacobian, R])
+
+
+def _settled(problem: Problem, here: Evaluation, lower: FloatArray, upper: FloatArray, scale: FloatArray) -> bool:
+    """Whether the best step inside the limits promises less than `SETTLED`."""
+    residual, jacobian = _with_priors(problem, here)
+    return bool(best_step(residual, jacobian, lower - here.p, upper - here.p, scale)[1] <= SETTLED)
 
 
 def _accept(problem: Problem, search: _Search, trial: Evaluation, notes: list[str]) -> None:

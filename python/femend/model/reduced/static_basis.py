@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 # vectors that leave less than this of their own length outside the span of the others add nothing
 RANK_TOLERANCE = 1e-6
+# share of what a vector would weigh with the heaviest DOF's mass everywhere below which it has none but by rounding
+MASSLESS = 1e-7
 # independent DOFs from which static responses are computed with the core's factorisation, projections are of sparse
 # coefficients of the parameters' factors, and vectors join a basis some at a time, so many
 LARGE, AT_ONCE = 5000, 16
@@ -32,7 +34,7 @@ def static_shift(omega: FloatArray) -> float:
 
 def joined(phi: FloatArray, static: FloatArray, M: Any, tolerance: float = RANK_TOLERANCE) -> FloatArray:
     """The M-orthonormal basis `phi` with what the columns of `static` add to it; nothing where less than `tolerance` of
-    a column's own length lies outside."""
+    a column's own length lies outside, and nothing of columns without mass, which have no length."""
     # column by column, so that one stiff pattern does not hide a soft one; V is filled in place, since a copy of a
     # large basis for every column takes longer than the products
     V = np.empty((len(phi), phi.shape[1] + static.shape[1]), order="F")
@@ -44,9 +46,10 @@ def joined(phi: FloatArray, static: FloatArray, M: Any, tolerance: float = RANK_
             V[:, n : n + new.shape[1]] = new
             n += new.shape[1]
         return V[:, :n]
-    for column in static.T:
+    for column, length in zip(static.T, _lengths(static, M), strict=True):
+        if length == 0:
+            continue
         vector = column.copy()
-        length = np.sqrt(max(vector @ (M @ vector), 0.0))
         for _ in range(2):
             vector = vector - V[:, :n] @ (V[:, :n].T @ (M @ vector))
         left = np.sqrt(max(vector @ (M @ vector), 0.0))
@@ -59,14 +62,21 @@ def joined(phi: FloatArray, static: FloatArray, M: Any, tolerance: float = RANK_
 def added(phi: Basis, static: FloatArray, M: Any, tolerance: float = RANK_TOLERANCE) -> FloatArray:
     """What the columns of `static` add to the M-orthonormal basis `phi`, as `joined` has it, without the basis: few
     columns and a large basis, so that both are gone through for all columns at once."""
-    size = np.sqrt(np.maximum((static * (M @ static)).sum(axis=0), 0.0))
-    new = static / np.where(size > 0, size, 1.0)
+    size = _lengths(static, M)
+    new = static * np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
     for _ in range(2):
         # twice, since what is left of a column may be a millionth of it, and no more exact than that
         new = new - phi @ onto(phi, M @ new)
         new = new @ _independent(new.T @ (M @ new), tolerance)
         tolerance = 0.0
     return new
+
+
+def _lengths(static: FloatArray, M: Any) -> FloatArray:
+    """Lengths (m,) in M of columns (n, m); 0 of those that move what has no mass alone."""
+    size = np.sqrt(np.maximum((static * (M @ static)).sum(axis=0), 0.0))
+    heaviest = np.sqrt(max(float(np.max(M.diagonal(), initial=0.0)), 0.0))
+    return np.asarray(np.where(size > MASSLESS * heaviest * np.linalg.norm(static, axis=0), size, 0.0))
 
 
 def _independent(gram: FloatArray, tolerance: float) -> FloatArray:
