@@ -83,7 +83,7 @@ def test_the_decks_own_mesh_is_not_taken_where_it_has_to_leave_its_priors(
     monkeypatch.setattr(update, "modelled", lambda *given, as_built_in: given)
     monkeypatch.setattr(update, "_updated", lambda *given: own)
     monkeypatch.setattr(update, "_better_as_given", lambda start: as_given)
-    monkeypatch.setattr(update, "_excited", lambda records: (20.0, F_MAX))
+    monkeypatch.setattr(update, "_excited", lambda records: ((20.0, F_MAX), (20.0, F_MAX)))
     problem = cast(Any, SimpleNamespace(band=(20.0, F_MAX)))
     found = update._on_its_own_mesh(UpdatedModel(problem, finer, beaten, []), [], 0.01)
     assert (found is not None) == taken

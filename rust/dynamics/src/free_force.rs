@@ -5,7 +5,7 @@
 //! What the sensors tell of it is eᴴ G e, and its slope de/dκ = (1 + κ C)⁻¹ D.
 
 use crate::laws::{Kind, Law};
-use femend_linalg::Dense;
+use femend_linalg::{Dense, solve_complex_dense};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -72,103 +72,54 @@ impl FreeForce {
     /// What a law of dynamic stiffness `kappa` (K) leaves of the free force, as the sensors tell it.
     #[must_use]
     pub fn left(&self, kappa: &[Complex64]) -> f64 {
-        let mut room = Room::new(self.n);
-        kappa.iter().enumerate().map(|(k, value)| self.at(k, *value, &mut room).0).sum()
+        kappa.iter().enumerate().map(|(k, value)| self.at(k, *value).0).sum()
     }
 
     /// On line `k`: the cost eᴴ G e, eᴴ G de/dκ and de/dκᴴ G de/dκ. A motion without bounds costs without bounds.
-    fn at(&self, k: usize, kappa: Complex64, room: &mut Room) -> (f64, Complex64, f64) {
+    fn at(&self, k: usize, kappa: Complex64) -> (f64, Complex64, f64) {
         let n = self.n;
+        if n == 1 {
+            // nearly all places have one coordinate
+            let inverse = (1.0 + kappa * self.moved[k]).inv();
+            let motion = inverse * self.without[k];
+            let (left, slope, gram) = (self.force[k] + kappa * motion, inverse * motion, self.gram[k].re);
+            let cost = gram * left.norm_sqr();
+            let cost = if cost.is_finite() { cost } else { f64::INFINITY };
+            return (cost, gram * left.conj() * slope, gram * slope.norm_sqr());
+        }
         let (rows, square) = (k * n..(k + 1) * n, k * n * n..(k + 1) * n * n);
-        room.closed.iter_mut().zip(&self.moved[square.clone()]).for_each(|(a, c)| *a = kappa * c);
-        (0..n).for_each(|i| room.closed[i * n + i] += 1.0);
-        room.motion.copy_from_slice(&self.without[rows.clone()]);
-        if !factor(&mut room.closed, &mut room.order, n) {
+        let Some(inverse) = closed(kappa, &self.moved[square.clone()], n) else {
             return (f64::INFINITY, Complex64::ZERO, 0.0);
-        }
-        solve(&room.closed, &room.order, &mut room.motion, &mut room.spare);
-        for ((e, force), motion) in room.left.iter_mut().zip(&self.force[rows]).zip(&room.motion) {
-            *e = force + kappa * motion;
-        }
-        room.slope.copy_from_slice(&room.motion);
-        solve(&room.closed, &room.order, &mut room.slope, &mut room.spare);
-        let (mut cost, mut mixed, mut steep) = (0.0, Complex64::ZERO, 0.0);
-        for (i, row) in self.gram[square].chunks_exact(n).enumerate() {
-            let told = |x: &[Complex64]| row.iter().zip(x).map(|(g, x)| g * x).sum::<Complex64>();
-            let slope = told(&room.slope);
-            cost += (room.left[i].conj() * told(&room.left)).re;
-            mixed += room.left[i].conj() * slope;
-            steep += (room.slope[i].conj() * slope).re;
-        }
-        (cost, mixed, steep)
+        };
+        let motion = times(&inverse, &self.without[rows.clone()]);
+        let slope = times(&inverse, &motion);
+        let left: Vec<Complex64> = self.force[rows].iter().zip(&motion).map(|(f, d)| f + kappa * d).collect();
+        let gram = &self.gram[square];
+        let (told, told_slope) = (times(gram, &left), times(gram, &slope));
+        (dot(&left, &told).re, dot(&left, &told_slope), dot(&slope, &told_slope).re)
     }
 }
 
-/// What a line needs while it is worked out.
-struct Room {
-    closed: Vec<Complex64>,
-    order: Vec<usize>,
-    motion: Vec<Complex64>,
-    left: Vec<Complex64>,
-    slope: Vec<Complex64>,
-    spare: Vec<Complex64>,
+/// (1 + κ C)⁻¹ by rows of C (n, n) by rows; None where it has none.
+fn closed(kappa: Complex64, moved: &[Complex64], n: usize) -> Option<Vec<Complex64>> {
+    // rows of the matrix are columns of its transpose, and so are those of the inverse
+    let mut unit = vec![Complex64::ZERO; n * n];
+    (0..n).for_each(|i| unit[i * n + i] = Complex64::ONE);
+    let matrix: Vec<Complex64> = unit.iter().zip(moved).map(|(one, c)| one + kappa * c).collect();
+    solve_complex_dense(n, &matrix, &unit).ok()
 }
 
-impl Room {
-    fn new(n: usize) -> Self {
-        let (row, square) = (vec![Complex64::ZERO; n], vec![Complex64::ZERO; n * n]);
-        Self {
-            closed: square,
-            order: vec![0; n],
-            motion: row.clone(),
-            left: row.clone(),
-            slope: row.clone(),
-            spare: row,
-        }
-    }
+/// A x of a matrix by rows.
+fn times(a: &[Complex64], x: &[Complex64]) -> Vec<Complex64> {
+    a.chunks_exact(x.len()).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
 }
 
-/// L U of `a` (n, n) by rows in place, with pivots; false where it is singular.
-fn factor(a: &mut [Complex64], order: &mut [usize], n: usize) -> bool {
-    order.iter_mut().enumerate().for_each(|(i, o)| *o = i);
-    for j in 0..n {
-        let pivot = (j..n).max_by(|&x, &y| a[x * n + j].norm_sqr().total_cmp(&a[y * n + j].norm_sqr()));
-        let pivot = pivot.unwrap_or(j);
-        let largest = a[pivot * n + j].norm_sqr();
-        if !(largest > 0.0 && largest.is_finite()) {
-            return false;
-        }
-        if pivot != j {
-            order.swap(pivot, j);
-            (0..n).for_each(|c| a.swap(pivot * n + c, j * n + c));
-        }
-        for i in j + 1..n {
-            let share = a[i * n + j] / a[j * n + j];
-            a[i * n + j] = share;
-            for c in j + 1..n {
-                let above = a[j * n + c];
-                a[i * n + c] -= share * above;
-            }
-        }
-    }
-    true
+/// xᴴ y.
+fn dot(x: &[Complex64], y: &[Complex64]) -> Complex64 {
+    x.iter().zip(y).map(|(x, y)| x.conj() * y).sum()
 }
 
-/// x = A⁻¹ x from what [`factor`] made of A.
-fn solve(a: &[Complex64], order: &[usize], x: &mut [Complex64], spare: &mut [Complex64]) {
-    let n = x.len();
-    order.iter().zip(spare.iter_mut()).for_each(|(o, y)| *y = x[*o]);
-    for i in 0..n {
-        let done: Complex64 = (0..i).map(|c| a[i * n + c] * spare[c]).sum();
-        spare[i] -= done;
-    }
-    for i in (0..n).rev() {
-        let done: Complex64 = (i + 1..n).map(|c| a[i * n + c] * x[c]).sum();
-        x[i] = (spare[i] - done) / a[i * n + i];
-    }
-}
-
-/// Cost of a law's parameters (as logarithms), half its gradient and the Gauss-Newton matrix.
+/// Cost of a law's parameters (as logarithms), half its gradient and the lower half of the Gauss-Newton matrix.
 struct Evaluated {
     cost: f64,
     g: Vec<f64>,
@@ -181,10 +132,9 @@ fn evaluate(kind: Kind, x: &[f64], free: &[FreeForce]) -> Option<Evaluated> {
     let n_p = x.len();
     let (mut cost, mut g, mut h) = (0.0, vec![0.0; n_p], Dense::zeros(n_p, n_p));
     for one in free {
-        let mut room = Room::new(one.n);
         for (k, s) in one.s.iter().enumerate() {
             let (kappa, by) = law.dynamic_stiffness(*s).ok()?;
-            let (left, mixed, steep) = one.at(k, kappa, &mut room);
+            let (left, mixed, steep) = one.at(k, kappa);
             cost += left;
             for i in 0..n_p {
                 let slope = by[i] * values[i];
@@ -193,11 +143,6 @@ fn evaluate(kind: Kind, x: &[f64], free: &[FreeForce]) -> Option<Evaluated> {
                     h.col_mut(j)[i] += steep * (slope.conj() * by[j] * values[j]).re;
                 }
             }
-        }
-    }
-    for i in 0..n_p {
-        for j in 0..i {
-            h.col_mut(i)[j] = h.col(j)[i];
         }
     }
     let sound = cost.is_finite() && g.iter().chain(h.data()).all(|v| v.is_finite());
@@ -254,12 +199,8 @@ fn damped(at: &Evaluated, damping: f64) -> Option<Vec<f64>> {
         let own = at.h.col(i)[i];
         a.col_mut(i)[i] = own + damping * (own + 1e-12 * trace + 1e-300);
     }
-    let lower = a.cholesky().ok()?;
-    let mut step = Dense::from_vec(n, 1, at.g.iter().map(|g| -g).collect());
-    lower.solve_lower_in_place(false, &mut step);
-    lower.solve_lower_in_place(true, &mut step);
-    let step = step.into_vec();
-    step.iter().all(|v| v.is_finite()).then_some(step)
+    let step = a.solve_definite(&at.g).ok()?;
+    step.iter().all(|v| v.is_finite()).then(|| step.iter().map(|v| -v).collect())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@
 //! (Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432; one Gauss-Newton step.) All that a pair needs of a line
 //! are its directions' products with J, e and each other.
 
-use femend_linalg::{Dense, gemm_tn};
+use femend_linalg::{Dense, gram};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -132,7 +132,7 @@ fn row_of(i: usize, n: usize, lines: &[Products], shared: &Dense, pulled: &[f64]
         }
         squares_first += line.factor * (line.squares - c.norm_sqr());
     }
-    let taken = gemm_tn(&first, &first);
+    let taken = gram(&first);
     let mut second = Dense::zeros(2 * lines.len(), n_p);
     'pairs: for j in i + 1..n {
         let (mut g, mut squares) = (g_first.clone(), squares_first);
@@ -153,7 +153,7 @@ fn row_of(i: usize, n: usize, lines: &[Products], shared: &Dense, pulled: &[f64]
             }
             squares -= line.factor * c.norm_sqr();
         }
-        let mut matrix = gemm_tn(&second, &second);
+        let mut matrix = gram(&second);
         for (entry, (all, one)) in matrix.data_mut().iter_mut().zip(shared.data().iter().zip(taken.data())) {
             *entry = all - one - *entry;
         }
@@ -168,10 +168,8 @@ fn row_of(i: usize, n: usize, lines: &[Products], shared: &Dense, pulled: &[f64]
 fn quadratic(mut a: Dense, g: &[f64]) -> Option<f64> {
     let n = g.len();
     for _ in 0..4 {
-        if let Ok(lower) = a.cholesky() {
-            let mut y = Dense::from_vec(n, 1, g.to_vec());
-            lower.solve_lower_in_place(false, &mut y);
-            return Some(y.data().iter().map(|v| v * v).sum()).filter(|v: &f64| v.is_finite());
+        if let Ok(x) = a.solve_definite(g) {
+            return Some(x.iter().zip(g).map(|(x, g)| x * g).sum()).filter(|v: &f64| v.is_finite());
         }
         let trace: f64 = (0..n).map(|i| a.col(i)[i].abs()).sum();
         (0..n).for_each(|i| a.col_mut(i)[i] += 1e-9 * trace / n as f64);

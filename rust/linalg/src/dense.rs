@@ -153,6 +153,18 @@ impl Dense {
         }
     }
 
+    /// x = A⁻¹ b of a symmetric positive definite A (lower triangle read).
+    ///
+    /// # Errors
+    /// As [`Dense::cholesky`].
+    pub fn solve_definite(&self, b: &[f64]) -> Result<Vec<f64>, LinalgError> {
+        let lower = self.cholesky()?;
+        let mut x = Self::from_vec(b.len(), 1, b.to_vec());
+        lower.solve_lower_in_place(false, &mut x);
+        lower.solve_lower_in_place(true, &mut x);
+        Ok(x.into_vec())
+    }
+
     /// Eigenvalues (rising) and orthonormal eigenvectors of a symmetric matrix (lower triangle read).
     ///
     /// The matrix is brought to entries of about one first: faer's divide and conquer, which takes over at 128 rows,
@@ -412,6 +424,12 @@ mod tests {
         gemm(&mut back, -1.0, 1.0, &l, &l.transposed());
         assert!(back.data().iter().all(|v| v.abs() < 1e-12));
         assert!(Dense::from_vec(1, 1, vec![-1.0]).cholesky().is_err());
+        let b = noise(40, 1);
+        let mut left = b.clone();
+        let x = Dense::from_vec(40, 1, s.solve_definite(b.data()).unwrap());
+        gemm(&mut left, -1.0, 1.0, &s, &x);
+        assert!(left.data().iter().all(|v| v.abs() < 1e-9), "{left:?}");
+        assert!(Dense::from_vec(1, 1, vec![-1.0]).solve_definite(&[1.0]).is_err());
     }
 
     /// Values that fall like those of a flexibility matrix, at any size: what divide and conquer takes for zero must not

@@ -169,18 +169,17 @@ def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: fl
     own = _updated(*modelled(drawn, records, zeta, as_built_in=start.problem.band))
     if not _explains(own.null, start.null) and not _better_as_given(start):
         return None
-    whole = _excited(records)
-    if (
-        whole[1] > start.problem.band[1]
-    ):  # the refined model's ends where its mesh does; the deck's own has no error here
+    # the refined model's band ends where its mesh does; the deck's own has no error here
+    _, whole = _excited([at_work(r) for r in records])
+    if whole[1] > start.problem.band[1]:
         own = _updated(*modelled(drawn, records, zeta, as_built_in=whole))
     return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
 
 
-def _excited(records: Sequence[FitRecord]) -> tuple[float, float]:
-    """The band (Hz) of the records, with resonances just above it that they show."""
-    records = [at_work(r) for r in records]
-    return further_band(used_band(records), records)
+def _excited(records: Sequence[FitRecord]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The band (Hz) of the records, and that with resonances just above it that they show."""
+    plain = used_band(records)
+    return plain, further_band(plain, records)
 
 
 def _as_built(start: UpdatedModel) -> Model | None:
@@ -222,8 +221,8 @@ def modelled(
         raise RecordingError('no recording with role = "fit"; name at least one')
     records = [at_work(r) for r in records]
     built, g_rows = as_built_in is not None, _rows(records)
-    plain = used_band(records)
-    band = further_band(plain, records) if as_built_in is None else as_built_in
+    plain, shown = _excited(records)
+    band = shown if as_built_in is None else as_built_in
     used = _refined(model, records, band, g_rows, built)
     if used[3] is not None and band[1] > plain[1]:
         # what lies above the force's power is worth no mesh that does not follow it

@@ -69,8 +69,8 @@ def update(
     The search ends when the linearised problem promises less than
     `tolerance`^2 of the cost or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their
     limits), when no step lowers the cost ("stalled") or after `iterations` (of each such search, "limit"; both are
-    "converged" where less than 1e-4 is promised, a hundredth of the unknowns' deviations), or when `stop` of an iteration is
-    True ("stopped").
+    "converged" where less than 1e-4 is promised, a hundredth of the unknowns' deviations), or when `stop` of an
+    iteration is True ("stopped").
 
     `history` is a file that keeps every iteration; with `resume` the search goes on from it where it exists. A point at
     which a model has no solution or no derivative is not taken, and noted; where none can be taken the search has

@@ -68,12 +68,8 @@ fn step(at: &Evaluation, lambda: f64, longest: f64) -> Option<Vec<f64>> {
     for i in 0..n {
         a[(i, i)] *= 1.0 + lambda;
     }
-    let l = a.cholesky().ok()?;
-    let mut d = Dense::from_vec(n, 1, at.gradient.iter().map(|g| -g).collect());
-    l.solve_lower_in_place(false, &mut d);
-    l.solve_lower_in_place(true, &mut d);
-    let mut d = d.into_vec();
-    d.iter_mut().for_each(|v| *v = v.clamp(-longest, longest));
+    let mut d = a.solve_definite(&at.gradient).ok()?;
+    d.iter_mut().for_each(|v| *v = (-*v).clamp(-longest, longest));
     d.iter().all(|v| v.is_finite()).then_some(d)
 }
 
