@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,6 +111,17 @@ def test_one_parameter_of_another_setting() -> None:
     assert new.fitted**0.5 < 0.02
     with pytest.raises(LawParameterError, match="no free parameter 'k'"):
         refit_element(law, ["k"], d, v, f, DT)
+
+
+def test_a_search_passes_the_unit_of_what_it_looks_for() -> None:
+    """On its way from 0.98 to 2.75 of a real damper it stopped at 1, where steps relative to a logarithm vanish."""
+    d, v, f = loop("play_friction", 1)
+    law = fit_element(d, v, f, DT, laws=["play_friction"])["play_friction"]
+    at_one = replace(law, values={**law.values, "f": 1.0 + 1e-12})
+    tighter = {**law.values, "f": 3.0}
+    more = _core.law_force("play_friction", tighter, d, v, np.gradient(v, DT), DT)
+    new = refit_element(at_one, ["f"], d, v, more + law.k * d + law.c * v + law.f0, DT)
+    assert new.values["f"] == pytest.approx(3.0, rel=1e-3)
 
 
 def test_a_scale_of_units_changes_nothing() -> None:

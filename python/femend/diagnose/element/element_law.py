@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares, lsq_linear
+from scipy.optimize import approx_fprime, least_squares, lsq_linear
 
 from femend import _core
 from femend.diagnose.evidence import deviance
@@ -179,17 +179,21 @@ def _descend(
     x0 = coordinates.start()
     n = len(residual(coordinates.values))
 
-    def finite(x: FloatArray) -> FloatArray:
+    # in changes from the start: steps and first trust region that go by logarithms themselves vanish near ln 1, and a
+    # search stopped at the unit of what it looked for
+    def finite(change: FloatArray) -> FloatArray:
         with np.errstate(over="ignore"):
-            values = coordinates.parameters(x)
+            values = coordinates.parameters(x0 + change)
         if not all(np.isfinite(value) and abs(value) < LARGEST for value in values.values()):
             return np.full(n, FAR)
         e = residual(values)
         return e if np.isfinite(e).all() else np.full(n, FAR)
 
-    bounds = (x0 - REACH, x0 + REACH)
-    done = least_squares(finite, x0, bounds=bounds, diff_step=[DIFFERENCE] * len(x0), max_nfev=EVALUATIONS)
-    return float(done.cost), np.asarray(done.x), np.asarray(done.jac, dtype=np.float64)
+    def slopes(change: FloatArray) -> FloatArray:
+        return np.asarray(approx_fprime(change, finite, DIFFERENCE), dtype=np.float64)
+
+    done = least_squares(finite, np.zeros(len(x0)), slopes, bounds=(-REACH, REACH), max_nfev=EVALUATIONS)
+    return float(done.cost), np.asarray(x0 + done.x), np.asarray(done.jac, dtype=np.float64)
 
 
 def _law(physics: Physics, data: _Regression, coordinates: FitCoordinates, x: FloatArray, J: FloatArray) -> ElementLaw:
