@@ -96,6 +96,26 @@ def test_what_is_written(run: PretestRun, folder: Path) -> None:
     }  # fmt: skip
 
 
+def test_directions_of_turned_nodes_are_given_in_basic_axes(tmp_path: Path) -> None:
+    """Node 13 has displacement axes turned by 30 degrees about Y: who mounts its sensor has to know where +Z points."""
+    path = study(tmp_path, PLAN + "virtual_test = false\n", parameters=False)
+    deck = (tmp_path / "model.bdf").read_text()
+    turned = "CORD2R,9,,0.,0.,0.,0.5,0.,0.8660254\n,0.8660254,0.,-0.5\n"
+    (tmp_path / "model.bdf").write_text(deck.replace("GRID,13,,0.720,0.,0.", f"{turned}GRID,13,,0.720,0.,0.,9"))
+    result = pretest_study(path, tmp_path / "out").result
+    by_dof = {s["dof"]: s["basic"] for s in result["sensors"]}
+    np.testing.assert_allclose(by_dof.pop("13:-Z"), [-0.5, 0, -np.sqrt(0.75)], atol=1e-6)
+    assert all(basic == [0, 0, 1] for basic in by_dof.values())
+    (told,) = [w for w in result["warnings"] if "displacement system 9 (CD)" in w]
+    assert "in basic axes 13:-Z is (-0.5, 0, -0.866)" in told
+    with (tmp_path / "out" / "pretest.sensors.csv").open() as file:
+        assert float(next(csv.DictReader(file))["basic X"]) == pytest.approx(-0.5, abs=1e-6)
+
+
+def test_nothing_is_told_of_basic_axes(run: PretestRun) -> None:
+    assert not any("displacement" in w for w in run.result["warnings"])
+
+
 def test_the_command_says_it(folder: Path, run: PretestRun, tmp_path: Path) -> None:
     done = CliRunner().invoke(main, ["pretest", str(folder), "--out", str(tmp_path / "out")])
     assert done.exit_code == 0, done.output

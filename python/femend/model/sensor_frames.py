@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from femend.dof import Dof
 from femend.errors import DeckError
 from femend.model.model import Model
 from femend.model.pairing import Pairing
-from femend.numerals import listed
+from femend.numerals import listed, plain
 
-__all__ = ["frames_in_question", "other_frames"]
+__all__ = ["basic_direction", "frames_in_question", "other_frames", "planned_frames"]
 
 # nodes that a sentence names at most
 NAMED = 6
@@ -51,6 +53,33 @@ def other_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> 
         "into these systems before they are exported, or give the nodes the basic system (CD 0) in the deck, with "
         "supports and springs at them turned to match",
     )
+
+
+def basic_direction(dof: Dof, model: Model) -> NDArray[np.float64]:
+    """The signed direction (3,) of a `dof` of `model` in basic axes; of a rotation its axis."""
+    # 0.0 + : no -0 in what is written
+    return 0.0 + dof.sign * np.asarray(model.frames[model.index(dof.node)][(dof.component - 1) % 3], dtype=np.float64)
+
+
+def planned_frames(dofs: Sequence[Dof], model: Model) -> tuple[str, ...]:
+    """What is to be told of planned sensors and exciters (`dofs`) at nodes of `model` whose displacement axes differ
+    from basic ones, where they point in basic axes: one sentence or none. Who mounts them knows no system of a deck."""
+    turned = [d for d in dofs if not np.allclose(model.frames[model.index(d.node)], np.eye(3))]
+    if not turned:
+        return ()
+    nodes = list(dict.fromkeys(d.node for d in turned))
+    systems = list(dict.fromkeys(_system(model, n) for n in nodes))
+    named = f"displacement system {listed(systems, NAMED)} (CD)" if all(systems) else "displacement axes of their own"
+    each = listed((f"{d} is {_text(basic_direction(d, model))}" for d in dict.fromkeys(turned)), NAMED)
+    said = f"directions at node{'s' * (len(nodes) > 1)} {listed(nodes, NAMED)} are those of {named}, not basic ones"
+    return (
+        f"{said}: in basic axes {each}; mount what is planned there so, or give the nodes CD 0 in the deck, with "
+        "supports and springs at them turned to match",
+    )
+
+
+def _text(direction: NDArray[np.float64]) -> str:
+    return f"({', '.join(plain(float(x), 3) for x in np.where(np.abs(direction) > 1e-9, direction, 0.0))})"
 
 
 def _system(model: Model, node: int) -> int:

@@ -213,12 +213,13 @@ def write_tables(folder: Path, run: PretestRun) -> list[str]:
     """Tables of sensors, exciters and target modes as CSV into `folder`; gives the names of the files."""
     r = run.result
     sensors = [
-        [k, s["node"], s["direction"], *s["xyz"], "placed" if s["placed"] else "new"]
+        [k, s["node"], s["direction"], *s["xyz"], *s["basic"], "placed" if s["placed"] else "new"]
         for k, s in enumerate(r["sensors"], 1)
     ]
-    write_csv(folder / "pretest.sensors.csv", ("number", "node", "direction", "x", "y", "z", "state"), sensors)
-    drives = [[k, e["node"], e["direction"], *e["xyz"]] for k, e in enumerate(r["exciters"]["chosen"], 1)]
-    write_csv(folder / "pretest.exciters.csv", ("number", "node", "direction", "x", "y", "z"), drives)
+    where = ("number", "node", "direction", "x", "y", "z", "basic X", "basic Y", "basic Z")
+    write_csv(folder / "pretest.sensors.csv", (*where, "state"), sensors)
+    drives = [[k, e["node"], e["direction"], *e["xyz"], *e["basic"]] for k, e in enumerate(r["exciters"]["chosen"], 1)]
+    write_csv(folder / "pretest.exciters.csv", where, drives)
     modes = [
         [t["mode"], t["freq"], *t["effective_mass"], x, m]
         for t, x, m in zip(r["targets"], r["exciters"]["relative_residue"], r["exciters"]["indicator"], strict=True)

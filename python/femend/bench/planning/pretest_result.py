@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from femend.correlate import automac
 from femend.dof import Dof
 from femend.model import Model
+from femend.model.sensor_frames import basic_direction, planned_frames
 from femend.numerals import plain
 from femend.pretest import VirtualTest, suspension_points
 from femend.pretest.exciters import RESIDUE_MIN
@@ -85,7 +86,8 @@ def pretest_result(
     if plan.explanations is not None:
         found["distinguish"] = plan.explanations.as_list()
     found["virtual_test"] = {"note": note} if virtual is None else _virtual(virtual)
-    found["warnings"] = [*told, *_unrehearsed(study, virtual, note)]
+    frames = planned_frames((*plan.sensors, *plan.exciters), model)
+    found["warnings"] = [*told, *frames, *_unrehearsed(study, virtual, note)]
     found["advice"] = _advice(found, plan)
     return found
 
@@ -112,6 +114,7 @@ def _sensor(dof: Dof, model: Model, placed: bool) -> dict[str, Any]:
         "node": dof.node,
         "direction": dof.direction,
         "xyz": model.xyz[model.index(dof.node)].tolist(),
+        "basic": basic_direction(dof, model).tolist(),
         "placed": placed,
     }
 
@@ -219,5 +222,5 @@ def _misled(found: dict[str, Any]) -> list[str]:
     why = (
         "modes that look alike at these sensors are taken for each other" if alike else "the update starts too far off"
     )
-    mend = "take sensors that tell them apart" if alike else "start it several times ([update] starts)"
+    mend = "take sensors that tell them apart" if alike else "start it several times ([updating] starts)"
     return [f"an update from this test would come out wrong and not show it ({each}): {why}; {mend}"]
