@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from femend.data import Channel, Speed, TimeData
 from femend.errors import SignalError
@@ -158,3 +159,51 @@ def test_tachos_of_either_sense_at_few_samples(shape: str, falling: bool, zero: 
     # a square wave has no flank between samples: each edge is known to a twelfth root of 36 degrees, ten are averaged
     assert np.abs(error).max() < (4.0 if shape == "square" else 1.5)
     assert error.std() < (1.5 if shape == "square" else 0.3)
+
+
+def soft(angle: np.ndarray, width: float, flank: float) -> np.ndarray:
+    """Pulses of 5 V with smooth flanks that rise through their middle at every turn."""
+    u = np.mod(angle / (2 * np.pi) + 0.3, 1) - 0.3
+    rise, fall = (np.clip(v, 0, 1) for v in ((u + flank / 2) / flank, (width + flank / 2 - u) / flank))
+    return 5 * rise**2 * (3 - 2 * rise) * fall**2 * (3 - 2 * fall)
+
+
+@pytest.mark.parametrize("rate", [256, 512, 2048])
+@pytest.mark.parametrize("shape", ["sine", "flanks"])
+def test_soft_flanks_with_noise_are_not_biased(rate: int, shape: str) -> None:
+    """Noise of 1 % of the range: a level taken from percentiles is off by it, and so is each crossing by itself."""
+    t = np.arange(rate * 30) / rate
+    angle = angle_of(t)
+    clean = 2.5 + 2.5 * np.sin(angle) if shape == "sine" else soft(angle, 0.2, 0.15)
+    speed = tacho_speed(tacho(clean + 0.05 * np.random.default_rng(1).standard_normal(t.size), 1 / rate))
+    error = apart(speed, angle, t)
+    assert abs(error.mean()) < 0.1
+    assert error.std() < 0.2
+    assert any("whole waveform" in note for note in speed.notes)
+
+
+@pytest.mark.parametrize(("rate", "cut"), [(2048, 60.0), (512, 60.0), (256, 60.0), (256, 100.0)])
+def test_filtered_pulses_do_not_drift_with_the_speed(rate: int, cut: float) -> None:
+    """Behind a filter without delay pulses get lower and wider as the shaft gets faster."""
+    often = 8
+    fine = np.arange(rate * often * 20) / (rate * often)
+    low = signal.butter(2, cut, fs=rate * often, output="sos")
+    values = signal.sosfiltfilt(low, pulses(angle_of(fine), width=0.2 if cut == 60.0 else 0.1))[::often]
+    t = np.arange(values.size) / rate
+    speed = tacho_speed(tacho(values + 0.02 * np.random.default_rng(2).standard_normal(t.size), 1 / rate))
+    error = apart(speed, angle_of(t), t)
+    quarters = [part.mean() for part in np.array_split(error, 4)]
+    assert max(quarters) - min(quarters) < 0.2
+    assert error.std() < 0.2
+    assert abs(error.mean()) < 0.2
+
+
+@pytest.mark.parametrize("falling", [False, True])
+def test_crossings_of_a_slow_flank_are_late_as_often_as_early(falling: bool) -> None:
+    """Noise crosses the level several times on the flank of a sine: the last crossing alone is 3 degrees late."""
+    t = DT * np.arange(2048 * 60)
+    values = np.sin(2 * np.pi * 5.003 * t) + 0.1 * np.random.default_rng(3).standard_normal(t.size)
+    edges = find_edges(values, DT, level=0.0, falling=falling)
+    error = 360 * (5.003 * edges - np.round(5.003 * edges + 0.5 * falling) + 0.5 * falling)
+    assert edges.size == pytest.approx(300, abs=1)
+    assert abs(error.mean()) < 0.4  # 300 edges of 2 degrees each

@@ -71,16 +71,23 @@ def find_edges(
 
 
 def _crossings(x: FloatArray, middle: float, band: float) -> FloatArray:
-    """Fractional sample numbers at which x rises through `middle` after having been below it by half of `band`."""
+    """Fractional sample numbers at which x rises through `middle` after having been below it by half of `band`.
+
+    On a slow flank noise crosses the level several times. The mean of the first and the last of these crossings is
+    late as often as it is early, which each of them by itself is not.
+    """
     state = np.zeros(x.size, np.int8)  # 1 above the band, -1 below, 0 inside: keeps the last one outside
     state[x > middle + 0.5 * band] = 1
     state[x < middle - 0.5 * band] = -1
     outside = np.flatnonzero(state)
-    stops = outside[np.flatnonzero((state[outside[1:]] == 1) & (state[outside[:-1]] == -1)) + 1]
-    # the last crossing of the level before entering the upper side
+    rise = np.flatnonzero((state[outside[1:]] == 1) & (state[outside[:-1]] == -1))
+    below, above = outside[rise], outside[rise + 1]
     crossing = np.flatnonzero((x[:-1] <= middle) & (x[1:] > middle))
-    at = crossing[np.searchsorted(crossing, stops) - 1] if crossing.size else np.zeros(0, np.int64)
-    return np.asarray(at + (middle - x[at]) / (x[at + 1] - x[at]))
+    if not crossing.size:
+        return np.zeros(0)
+    first, last = crossing[np.searchsorted(crossing, below)], crossing[np.searchsorted(crossing, above) - 1]
+    between = [at + (middle - x[at]) / (x[at + 1] - x[at]) for at in (first, last)]
+    return np.asarray(0.5 * (between[0] + between[1]))
 
 
 def _uneven(edges: FloatArray) -> float:

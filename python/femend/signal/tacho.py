@@ -14,7 +14,15 @@ from femend.numerals import plain
 from femend.signal.curve import smooth_curve
 from femend.signal.pulses import PulseTrain, find_edges, repair_pulses
 from femend.signal.tacho_doubts import sampled_too_slowly
-from femend.signal.waveform import align_waveform, samples_per_pulse
+from femend.signal.waveform import (
+    align_waveform,
+    flank_share,
+    is_band_limited,
+    refined,
+    samples_per_pulse,
+    thinned,
+    zero_where_it_rises,
+)
 
 __all__ = ["speed_from_edges", "speed_from_profile", "tacho_speed"]
 
@@ -25,6 +33,11 @@ PER_PULSE, MOST_KNOTS = 4, 2000
 # samples per pulse below which edges are not interpolated but the waveform is fitted, and pulses per revolution up to
 # which: many average out by themselves
 FEW_SAMPLES, FEW_PULSES = 40.0, 8
+# samples per pulse to which a tacho that its samples determine is refined
+DENSE = 80
+# share of the time on the middle half of the flanks from which they are soft: noise of 1 % of the range moves the level
+# by a tenth of a degree of a turn there
+SOFT = 0.025
 # smoothing with which the waveform is fitted: over some ten pulses. Cross validation would follow what single pulses
 # are wrong by, which is alike in neighbours
 START = 10.0
@@ -46,28 +59,46 @@ def tacho_speed(
 
     Edges through `level` are interpolated between samples, bounces thrown out and lost pulses put in (`repair_pulses`),
     both counted. With several `pulses_per_revolution` the teeth's uneven spacing is estimated and taken out, and angle
-    0 is at the first pulse's tooth. Pulses with fewer than forty samples on average (up to eight a revolution) are
-    fitted as a whole waveform (`femend.signal.waveform`), since their edges cannot be interpolated, with a smoothing
-    over some ten pulses; angle 0 is then where that rises through its middle. `smoothing` is that of
-    `speed_from_edges`; `hysteresis` and `falling` are those of `find_edges`. Raises SignalError, naming channel and
-    time, for a tacho that is missing, stands still, bounces too often or pauses.
+    0 is at the first pulse's tooth. Where no `level` is given, and up to eight pulses make a revolution, pulses with
+    soft flanks, whose crossing of a level noise and a filter move, are fitted as a whole waveform
+    (`femend.signal.waveform`), and so are those with fewer than forty samples on average, since their edges cannot be
+    interpolated, with a smoothing over some ten pulses; what a recorder's filter leaves of them is sampled more finely
+    before (Whittaker-Shannon interpolation). Angle 0 is then where the waveform rises through its middle. `smoothing`
+    is that of `speed_from_edges`; `hysteresis` and `falling` are those of `find_edges`. Raises SignalError, naming
+    channel and time, for a tacho that is missing, stands still, bounces too often or pauses.
     """
     row = _tacho_row(data, channel)
     name = data.channels[row].text
-    x = data.values[row]
+    x, t = data.values[row], data.t
     edges = np.zeros(0)
     try:
         edges = find_edges(x, data.dt, data.t0, level=level, hysteresis=hysteresis, falling=falling)
-        few = level is None and pulses_per_revolution <= FEW_PULSES and samples_per_pulse(x, edges.size) < FEW_SAMPLES
-        fit = _fit_edges(edges, pulses_per_revolution, START if few and smoothing is None else smoothing)
-        if few:
-            fit = fit.aligned(-x if falling else x, data.t, START if smoothing is None else smoothing)
+        whole = level is None and pulses_per_revolution <= FEW_PULSES
+        few = whole and samples_per_pulse(x, edges.size) < FEW_SAMPLES
+        soft = whole and not few and flank_share(x) > SOFT
+        if few and smoothing is None:
+            smoothing = START
+        if few and is_band_limited(x):  # what lies between the samples is known
+            few, soft, step = False, True, _denser(edges, data.dt)
+            t = np.asarray(data.t0 + data.dt / step * np.arange((x.size - 1) * step + 1))
+            x = refined(x, step)
+            edges = find_edges(x, data.dt / step, data.t0, hysteresis=hysteresis, falling=falling)
+        fit = _fit_edges(edges, pulses_per_revolution, smoothing)
+        if few or soft:
+            fit = fit.aligned(-x if falling else x, t, smoothing, soft=soft)
         return fit.speed(name)
     except SignalError as error:
         slow = _slow(x, data.dt, edges, pulses_per_revolution)
         what = f"{slow}. What shows it first: {str(error).split(';')[0]}" if slow else str(error)
         message = f"recording {data.name!r}, channel {name}: {what}"
         raise SignalError(message, recording=data.name, channel=name, time=error.time) from None
+
+
+def _denser(edges: FloatArray, dt: float) -> int:
+    """Samples for one with which pulses at `edges` (n,) s, sampled every `dt` s, have DENSE of them where they come
+    fastest."""
+    fastest = float(np.percentile(np.diff(edges), SHORT)) if edges.size > 1 else dt
+    return int(np.clip(np.ceil(DENSE * dt / fastest), 1, DENSE))
 
 
 def _slow(x: FloatArray, dt: float, edges: FloatArray, pulses_per_revolution: int) -> str:
@@ -117,15 +148,23 @@ class _Fit:
     ppr: int
     interval: float
     curve: BSpline | CubicSpline
-    waveform: bool = False
+    waveform: str = ""
 
-    def aligned(self, x: FloatArray, t: FloatArray, smoothing: float) -> _Fit:
-        """The fit to the whole waveform `x` (n,) at `t` (n,) s between the first and the last pulse."""
+    def aligned(self, x: FloatArray, t: FloatArray, smoothing: float | None, *, soft: bool = False) -> _Fit:
+        """The fit to the whole waveform `x` (n,) at `t` (n,) s between the first and the last pulse; pulses have few
+        samples, or `soft` flanks."""
         inside = (t >= self.train.t[0]) & (t <= self.train.t[-1])
         if not isinstance(self.curve, BSpline):  # asked to pass through every pulse
             return self
-        curve, better = align_waveform(x[inside], t[inside], self.curve, self.interval, self.ppr, smoothing)
-        return replace(self, curve=curve, waveform=True) if better else self
+        x, t = x[inside], t[inside]
+        if soft:
+            x, t = thinned(x, t, self.train.t.size)
+            if smoothing is None and self.train.t.size > MOST_KNOTS:  # as neighbours are averaged there
+                smoothing = START
+        curve, better = align_waveform(x, t, self.curve, self.interval, self.ppr, smoothing, soft=soft)
+        if not better:  # the edges are as even as the waveform makes them, but at a level that noise moves
+            curve = zero_where_it_rises(x, t, self.curve, self.interval, self.ppr)
+        return replace(self, curve=curve, waveform="of soft flanks" if soft else "of few samples")
 
     def speed(self, source: str) -> Speed:
         t = _fine(self.train)
@@ -140,7 +179,8 @@ class _Fit:
         if len(events) > 20:
             notes += (f"and {len(events) - 20} more repairs",)
         if self.waveform:
-            notes += ("pulses of few samples: the angle fits the whole waveform, 0 where it rises through its middle",)
+            told = "the angle fits the whole waveform, 0 where it rises through its middle"
+            notes += (f"pulses {self.waveform}: {told}",)
         return Speed(t, rev, angle, source, int(self.train.t.size), self.train.missed, self.train.doubled, notes)
 
 
