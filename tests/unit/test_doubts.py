@@ -230,13 +230,31 @@ def test_a_sensor_that_moves_where_the_model_does_not_respond_is_told_so() -> No
         ("2.1+5", "7.85-9", "SI", ("modulus of 210000", "density of 7.85e-09", "in 'mm-t-s' all are those of solids")),
         ("2.1+11", "7850.", "mm-t-s", ("which is 2.1e+17 Pa", "7.85e+15 kg/m³", "in 'SI' all are")),
         ("2.1+5", "7850.", "mm-t-s", ("MAT1 1 has a density of 7850",)),
-        ("1.+7", "0.1", "in-lbf-s", ("density of 0.1",)),  # a weight per volume
+        # weights per volume, and kilograms beside mm and N
+        ("1.+7", "0.1", "in-lbf-s", ("density of 0.1, which is 1070000 kg/m³", "needs PARAM,WTMASS,0.00259 in the")),
+        ("2.1+11", "76985.", "SI", ("density of 76985", "taken as weights in N", "needs PARAM,WTMASS,0.102 in the")),
+        ("2.1+5", "7.85-6", "mm-t-s", ("taken as kilograms", "needs PARAM,WTMASS,0.001 in the deck")),
     ],
 )
 def test_materials_of_no_solid_are_told(tmp_path: Path, E: str, rho: str, units: str, words: tuple[str, ...]) -> None:
     (tmp_path / "a.bdf").write_text(f"MAT1,1,{E},,.3,{rho}\nMAT1,2,{E},,.3\nGRID,1\n")
     (told,) = material_doubts(_core.Deck.read(str(tmp_path / "a.bdf")), units)
     assert all(word in told for word in words), told
+
+
+def test_masses_that_are_made_masses_once_more_are_told(tmp_path: Path) -> None:
+    """Aluminium in lbf s²/in⁴ under PARAM,WTMASS: 7 kg/m³ is below all solids. Steel has 20, which a foam may have, but
+    no foam has its modulus; a foam has not."""
+    for E, rho, words in (
+        ("1.+7", "2.588-4", "density of 0.0002588 times PARAM,WTMASS 0.00259, which is 7.16 kg/m³"),
+        ("2.9+7", "7.35-4", "which is 20.3 kg/m³: sound would run at 99.1 km/s"),
+    ):
+        (tmp_path / "a.bdf").write_text(f"PARAM,WTMASS,2.59-3\nMAT1,1,{E},,.3,{rho}\nGRID,1\n")
+        (told,) = material_doubts(_core.Deck.read(str(tmp_path / "a.bdf")), "in-lbf-s")
+        assert words in told
+        assert "without PARAM,WTMASS all are those of solids" in told
+    (tmp_path / "a.bdf").write_text("MAT1,1,2.+7,,.3,20.\nGRID,1\n")
+    assert material_doubts(_core.Deck.read(str(tmp_path / "a.bdf")), "SI") == []
 
 
 def test_materials_of_solids_and_a_stand_in_are_not_told(tmp_path: Path) -> None:
