@@ -136,6 +136,24 @@ def test_the_unit_that_the_file_states_is_kept_where_it_fits() -> None:
     assert any("in mm but were read as m, as data set 164 states" in w for w in wrong.warnings)
 
 
+def test_a_sensor_that_stands_off_is_told_in_the_models_unit() -> None:
+    """In mm, read as m: places of 12 sensors are off the mesh by up to 0.4 of it, as if they had been read in m; one
+    that is 60 mm beside the plate is told so, not as 5e5 mm from it."""
+    rng = np.random.default_rng(2)
+    places = np.vstack([CORNERS[:12], [(600.0, 200.0, 0.0)]])
+    spread = places + np.array([10.0, 10.0, 0.0]) * rng.uniform(-1, 1, places.shape)
+    in_mm = placed_sensors([measured(1e3 * spread)], model_at(PLATE))
+    np.testing.assert_array_equal(
+        found_at(in_mm, model_at(PLATE)), found_at(placed_sensors([measured(spread)], model_at(PLATE)), model_at(PLATE))
+    )
+    off = np.vstack([CORNERS[:12], [(660.0, 200.0, 0.0)]])
+    with pytest.raises(PairingError) as error:
+        placed_sensors([measured(1e3 * off, "hammer")], model_at(PLATE))
+    said = "recording 'hammer': sensor 913:+Z at (660.0, 200.0, 0.0) is 60 from the nearest node 417; the tolerance is 14"
+    assert str(error.value).startswith(said)
+    assert "its coordinates are in mm but were read as m" in str(error.value)
+
+
 def test_what_does_not_fit_is_told_in_one_clause() -> None:
     rng = np.random.default_rng(0)
     with pytest.raises(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.reading.measured import MeasuredModes
-from femend.bench.reading.placed_words import shift_words, told_of
+from femend.bench.reading.placed_words import MISPLACED, shift_words, told_of, unit_words
 from femend.bench.reading.runs import MeasuredRun
 from femend.correlate import Alignment, align_points
 from femend.data.geometry import stated
@@ -59,7 +59,8 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
     Where the test has coordinates that are not on the model's nodes as they are, they are brought there
     (`femend.correlate.align_points`), in the unit that the file states where that fits. A scale, a turn of axes or a
     shift that makes them agree is applied with `align`, to places and directions, and is told either way; one that
-    does not make them agree, or that others would do as well with nothing to prefer it, is told and left. Recordings
+    does not make them agree, or that others would do as well with nothing to prefer it, is told and left. A unit is
+    applied though some sensors (a third at most) stand off the model, as they may in the right unit. Recordings
     whose geometries do not fit by one alignment are placed one by one where that fits. Raises PairingError for a
     sensor that is far from every node, with what the alignment says.
     """
@@ -78,7 +79,7 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
     apart = None if _fits(found) else _one_by_one(measured, model, align)
     if apart is not None:
         return apart
-    if not (align and _helps(found, reach)):
+    if not (align and (_helps(found, reach) or _in_another_unit(found, unit))):
         try:
             pairing = _with_frames(_paired(measured, sensors, ids, xyz, places, points), model, systems)
         except PairingError as error:
@@ -91,7 +92,14 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
         return Placed(pairing, found, False, (*told, *pairing.warnings, *pairing.notes))
     moved = {n: found.scale * found.R @ places[n] + found.offset for n in nodes}
     turned = {d: _turned(d, found.R) for d in sensors}
-    pairs = pair_sensors(list(turned.values()), ids, xyz, sensor_xyz=moved, points=_points(model, moved, reach))
+    try:
+        pairs = pair_sensors(list(turned.values()), ids, xyz, sensor_xyz=moved, points=_points(model, moved, reach))
+    except PairingError as error:
+        whose = next(
+            (f"recording {m.name!r}: " for m in measured for d in m.dofs if str(turned[d]) == error.sensor), ""
+        )
+        told = told_of(found, nodes, ids, unit, applied=True)
+        raise PairingError("; ".join([f"{whose}{error}", *told]), sensor=error.sensor) from None
     pairing = Pairing(tuple(replace(pairs[t], sensor=d) for d, t in turned.items()))
     shift = shift_words(found.offset, reach)
     told = (
@@ -210,6 +218,14 @@ def _helps(found: Alignment, reach: float) -> bool:
     directions stay axes?"""
     plain_axes = bool(np.abs(found.R - np.rint(found.R)).max() < AXES_NEAR)
     return not _same(found, reach) and plain_axes and _fits(found)
+
+
+def _in_another_unit(found: Alignment, unit: float | None) -> bool:
+    """Is it the unit of the test's coordinates alone (`unit` m as stated) that was wrong, with most nodes where they
+    should be? A sensor that stands off the model is off in any unit, and is told in the model's."""
+    turned = not np.allclose(found.R, np.eye(3), atol=AXES_NEAR)
+    scaled = abs(found.scale - 1) > AXES_NEAR and unit_words(found.scale, unit) is not None
+    return scaled and not turned and found.decided and len(found.off) <= MISPLACED * len(found.mate)
 
 
 def _same(found: Alignment, reach: float) -> bool:
