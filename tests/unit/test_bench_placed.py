@@ -149,7 +149,7 @@ def test_a_sensor_that_stands_off_is_told_in_the_models_unit() -> None:
     off = np.vstack([CORNERS[:12], [(660.0, 200.0, 0.0)]])
     with pytest.raises(PairingError) as error:
         placed_sensors([measured(1e3 * off, "hammer")], model_at(PLATE))
-    said = "recording 'hammer': sensor 913:+Z at (660.0, 200.0, 0.0) is 60 from the nearest node 417; the tolerance is 14"
+    said = "recording 'hammer': sensor 913:+Z at (660.0, 200.0, 0.0) is 60 from the nearest node 417; the tolerance"
     assert str(error.value).startswith(said)
     assert "its coordinates are in mm but were read as m" in str(error.value)
 
