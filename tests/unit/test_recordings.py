@@ -246,6 +246,50 @@ def test_coherence_is_attached(tmp_path: Path) -> None:
     np.testing.assert_allclose(coherence[:, 0, 0], np.linspace(0, 1, 21))
 
 
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (85.0, "is 85 at 5 Hz (20 such values), and one is between 0 and 1; export it as a share"),
+        (1.02, "is 1.02 at 5 Hz (20 such values)"),
+        (-0.2, "is -0.2 at 5 Hz"),
+        (np.nan, "is not a number at 5 Hz (20 such values); leave the line or the coherence out"),
+    ],
+)
+def test_a_coherence_that_is_none(tmp_path: Path, value: float, told: str) -> None:
+    (function,) = functions_of(ema(1, 1))
+    gamma = replace(with_header(function, func_type=6, ord_data_type=4), y=np.r_[0.5, np.full(20, value)])
+    path = tmp_path / "run.uff"
+    write_uff(path, [function, gamma], allow_nan=True)
+    with pytest.raises(RecordingError) as caught:
+        read_recording(path)
+    assert "the coherence of acceleration 10:+Z" in str(caught.value)
+    assert told in str(caught.value)
+
+
+def test_a_coherence_beyond_1_by_rounding_is_1(tmp_path: Path) -> None:
+    (function,) = functions_of(ema(1, 1))
+    gamma = replace(with_header(function, func_type=6, ord_data_type=4), y=np.full(21, 1 + 1e-6))
+    coherence = read_recording(write(tmp_path, [function, gamma])).frf.coherence
+    assert coherence is not None
+    assert (coherence == 1).all()
+
+
+@pytest.mark.parametrize("direction", [7, -7, 30])
+def test_a_direction_that_the_format_does_not_know(tmp_path: Path, direction: int) -> None:
+    """It was taken as none, so that the sensor had no place in the model, without a word."""
+    force, top = functions()
+    path = write(tmp_path, [force, with_header(top, rsp_dir=direction)])
+    with pytest.raises(
+        RecordingError, match=rf"data set 2 \(top plate\): its response at node \d+ has the direction {direction},"
+    ):
+        read_recording(path)
+    said = read_recording(path, [ChannelMap(1, 7, "-Y", "acceleration", "g")]).time  # the study says it better
+    assert str(said.channels[1].dof) == "7:-Y"
+    frf = with_header(functions_of(ema(1, 1))[0], ref_dir=direction)
+    with pytest.raises(RecordingError, match=rf"its reference at node 20 has the direction {direction},"):
+        read_recording(write(tmp_path, [frf]))
+
+
 def test_spectra(tmp_path: Path) -> None:
     (function,) = functions_of(ema(1, 1))
     cross = with_header(function, func_type=3)

@@ -256,6 +256,57 @@ def test_wrong_byte_order(put, order: int, dtype: str) -> None:  # type: ignore[
     refused(put(data), f"byte order {order}", f"to {3 - order}", "endian")
 
 
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("said", [4, 5])
+def test_types_whose_points_take_as_many_bytes(put, said: int, order: int) -> None:  # type: ignore[no-untyped-def]
+    """Complex single read as real double gave numbers, and the other way round."""
+    end = "<" if order == 1 else ">"
+    x = np.linspace(0.5, 1.5, 4 * N)
+    H = 1e-3 / (1 - x**2 + 0.04j * x)
+    if said == 4:
+        samples = np.column_stack([H.real, H.imag]).astype(f"{end}f4").tobytes()
+    else:
+        samples = H.real.astype(f"{end}f8").tobytes()
+    names = ("real double", "complex single") if said == 4 else ("complex single", "real double")
+    told = rf"ordinate data type {said} \({names[0]}\), but .* only as type {9 - said} \({names[1]}\)"
+    with pytest.raises(FormatError, match=told):
+        read_uff(put(binary_set(samples, order=order, kind=said, n=4 * N, func_type=4)))
+    right = binary_set(samples, order=order, kind=9 - said, n=4 * N, func_type=4)
+    np.testing.assert_allclose(read_uff(put(right)).functions[0].y, H if said == 4 else H.real, rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", [4, 5])
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.arange(1.0, 4 * N + 1),  # counts, whose doubles end in zero bytes
+        5.0 * (np.arange(4 * N) % 4 == 0),
+        np.ones(4 * N),
+        10.0 ** np.linspace(-9, 3, 4 * N),
+        np.float32(1e-4 * np.sin(np.arange(4 * N))).astype(float),
+    ],
+    ids=["counts", "pulses", "constant", "decades", "singles"],
+)
+def test_the_right_type_is_believed_for_odd_values(put, kind: int, values: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+    samples = values.astype("<f8") if kind == 4 else np.column_stack([values, np.zeros(4 * N)]).astype("<f4")
+    (function,) = read_uff(put(binary_set(samples.tobytes(), kind=kind, n=4 * N))).functions
+    np.testing.assert_allclose(function.y, values, rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("binary", "said", "there"),
+    [(True, 2, 5), (True, 5, 2), (True, 6, 5), (True, 4, 6), (False, 2, 5), (False, 5, 2), (False, 4, 6)],
+)
+def test_another_type_is_told_by_the_number_of_values(put, binary: bool, said: int, there: int) -> None:  # type: ignore[no-untyped-def]
+    values = np.repeat(WAVE, 2) if there in (5, 6) else WAVE
+    if binary:
+        data = binary_set(values.astype("<f8" if there in (4, 6) else "<f4").tobytes(), kind=said)
+    else:
+        data = text_set(columns(values, "%13.5E", 6), kind=said)
+    with pytest.raises(FormatError, match=rf"type {said}\W.*(as|those) of (type )?.*{there} \("):
+        read_uff(put(data))
+
+
 def test_right_byte_order_is_believed_for_odd_values(put) -> None:  # type: ignore[no-untyped-def]
     for values in (np.zeros(N), np.full(N, 1e-30), np.full(N, 2.0**-60), np.arange(N) * 1e20):
         (function,) = read_uff(put(binary_set(values.astype("<f8").tobytes(), kind=4))).functions

@@ -19,6 +19,8 @@ from femend.units import parse_unit
 __all__ = ["FRF", "FRF_KINDS", "check_frequency_axis"]
 
 FRF_KINDS = ("receptance", "mobility", "accelerance")
+# by how much the digits of a file may put a coherence beyond 0 and 1
+ROUNDED = 1e-4
 # units of each per newton, as an example
 _LIKE = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 
@@ -53,9 +55,9 @@ class FRF:
 
     `outputs` and `inputs` are channels with a DOF each; the sign of the DOF is part of the sensor's direction and is
     not applied to `H`. `kind` is receptance, mobility or accelerance; `unit` the unit of `H`. `coherence`
-    (n_freq, n_out, n_in) in [0, 1] or None. Arrays are read-only. Raises RecordingError for shapes that do not fit,
-    an unknown kind, a unit that is another kind's, NaN (naming the pair and the frequency) or an axis that does not
-    increase.
+    (n_freq, n_out, n_in) in [0, 1] (what is beyond by rounding is put to 0 or 1) or None. Arrays are read-only. Raises
+    RecordingError for shapes that do not fit, an unknown kind, a unit that is another kind's, NaN or a coherence that
+    is none (naming the pair and the frequency) or an axis that does not increase.
     """
 
     name: str
@@ -92,13 +94,32 @@ class FRF:
                 recording=self.name,
             )
         if self.coherence is not None:
-            object.__setattr__(self, "coherence", frozen(self.coherence, np.float64))
-            if self.coherence is not None and self.coherence.shape != shape:
+            coherence = np.asarray(self.coherence, dtype=np.float64)
+            if coherence.shape != shape:
                 raise RecordingError(
-                    f"recording {self.name!r}: coherence of shape {self.coherence.shape} does not fit H {shape}",
+                    f"recording {self.name!r}: coherence of shape {coherence.shape} does not fit H {shape}",
                     recording=self.name,
                 )
+            self._refuse_coherence(coherence)
+            object.__setattr__(self, "coherence", frozen(np.clip(coherence, 0.0, 1.0), np.float64))
         self._refuse_gaps()
+
+    def _refuse_coherence(self, coherence: NDArray[np.float64]) -> None:
+        bad = ~((coherence >= -ROUNDED) & (coherence <= 1 + ROUNDED))
+        if not bad.any():
+            return
+        line, out, inp = (int(i[0]) for i in np.nonzero(bad))
+        value, pair = float(coherence[line, out, inp]), f"{self.outputs[out].text} / {self.inputs[inp].text}"
+        where = f"at {self.freq[line]:.6g} Hz ({int(bad.sum())} such values)"
+        told = f"is not a number {where}; leave the line or the coherence out"
+        if np.isfinite(value):
+            told = (
+                f"is {value:.6g} {where}, and one is between 0 and 1; export it as a share, not in per cent or dB, or "
+                "leave it out"
+            )
+        raise RecordingError(
+            f"recording {self.name!r}: the coherence of {pair} {told}", recording=self.name, channel=pair
+        )
 
     def _refuse_gaps(self) -> None:
         bad = ~np.isfinite(self.H)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from femend.errors import FormatError
 
-__all__ = ["Axis", "Binary58", "Header58", "binary_header", "parse_header"]
+__all__ = ["DATA_TYPES", "Axis", "Binary58", "Header58", "binary_header", "parse_header"]
 
 Fail = Callable[[str], FormatError]
+# ordinate data types of record 7
+DATA_TYPES = {2: "real single", 4: "real double", 5: "complex single", 6: "complex double"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +78,18 @@ class Header58:
     def n_values(self) -> int:
         """Numbers in the set, abscissas included."""
         return self.n_points * ((2 if self.is_complex else 1) + (0 if self.even else 1))
+
+    def with_values(self, n_values: int) -> str:
+        """The data types, in words, of which as many points take `n_values` numbers; nothing where none does."""
+        n = n_values - (0 if self.even else self.n_points)
+        kinds = {self.n_points: (2, 4), 2 * self.n_points: (5, 6)}.get(n, ()) if self.n_points else ()
+        return " or ".join(f"{k} ({DATA_TYPES[k]})" for k in kinds)
+
+    def with_bytes(self, n_bytes: int) -> str:
+        """The data types, in words, of which as many points take `n_bytes`; nothing where none does."""
+        like = [replace(self, ord_data_type=k) for k in DATA_TYPES if k != self.ord_data_type]
+        kinds = [h.ord_data_type for h in like if h.n_points and h.n_values * h.item_size == n_bytes]
+        return " or ".join(f"{k} ({DATA_TYPES[k]})" for k in kinds)
 
     def has_single_abscissa(self, n_bytes: int) -> bool:
         """True where `n_bytes` of samples are those of uneven abscissas in four bytes beside ordinates in eight.

@@ -22,6 +22,7 @@ __all__ = [
     "factor_of",
     "is_blank",
     "label_of",
+    "name_of",
     "own_unit",
     "quantity_of_axis",
     "side_of",
@@ -31,6 +32,9 @@ __all__ = [
 QUANTITIES_OF_MOTION = ("displacement", "velocity", "acceleration", "force")
 QUANTITY_OF_TYPE = {2: "pressure", 3: "strain", 8: "displacement", 9: "force", 11: "velocity", 12: "acceleration"}
 QUANTITY_OF_TYPE |= {13: "force", 15: "pressure", 19: "tacho", 21: "pressure"}
+
+# highest code of a direction
+DIRECTIONS = 6
 
 
 @dataclass(slots=True)
@@ -58,8 +62,14 @@ def label_of(function: Function58) -> str:
     return next((line.strip() for line in function.header.ids if not is_blank(line)), "")
 
 
+def name_of(function: Function58) -> str:
+    """Name of the response side, empty where it says nothing."""
+    return "" if is_blank(function.header.rsp_name) else function.header.rsp_name
+
+
 def side_of(function: Function58, side: str) -> tuple[Dof | None, str]:
-    """DOF and name of the response or reference side; raises RecordingError for a negative node."""
+    """DOF and name of the response or reference side; raises RecordingError for a negative node, and for a direction
+    that the format does not know."""
     h = function.header
     node, direction, name = (
         (h.rsp_node, h.rsp_dir, h.rsp_name) if side == "rsp" else (h.ref_node, h.ref_dir, h.ref_name)
@@ -68,6 +78,12 @@ def side_of(function: Function58, side: str) -> tuple[Dof | None, str]:
         raise RecordingError(
             f"data set {function.record} ({label_of(function)}): its {'response' if side == 'rsp' else 'reference'} is "
             f"at node {node}, and nodes count from 1; mend record 6 or export the function again"
+        )
+    if abs(direction) > DIRECTIONS:
+        raise RecordingError(
+            f"data set {function.record} ({label_of(function)}): its {'response' if side == 'rsp' else 'reference'} at "
+            f"node {node} has the direction {direction}, and directions are 1 to 3 along and 4 to 6 about X, Y and Z, "
+            "negative against the axis, or 0 of what has none; mend record 6 or export the function again"
         )
     return Dof.from_uff(node, direction), "" if is_blank(name) else name
 

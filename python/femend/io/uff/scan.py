@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from femend.errors import FormatError
-from femend.io.uff.header58 import Binary58, binary_header, parse_header
+from femend.io.uff.header58 import DATA_TYPES, Binary58, Header58, binary_header, parse_header
 
 __all__ = ["RawSet", "decode", "scan"]
 
@@ -133,7 +133,7 @@ class _Scanner:
         needed = header.n_values * header.item_size
         if header.has_single_abscissa(declared.n_bytes) and self._close(at + declared.n_bytes) is not None:
             needed = declared.n_bytes
-        length, notes = self._length(declared, needed, at)
+        length, notes = self._length(declared, header, needed, at)
         after = self._close(at + length)
         if after is None:
             raise self.fail(
@@ -145,7 +145,7 @@ class _Scanner:
             after,
         )
 
-    def _length(self, declared: Binary58, needed: int, at: int) -> tuple[int, tuple[str, ...]]:
+    def _length(self, declared: Binary58, header: Header58, needed: int, at: int) -> tuple[int, tuple[str, ...]]:
         """Bytes of the samples: what the layout needs, checked against what the header declares."""
         there = len(self.data) - at
         if declared.n_bytes == needed and there >= needed:
@@ -153,6 +153,13 @@ class _Scanner:
         if there >= needed and self._close(at + needed) is not None:
             note = f"data set {self.record}: the header declares {declared.n_bytes} bytes, the samples take {needed}"
             return needed, (note,)
+        other = header.with_bytes(declared.n_bytes)
+        if other and there >= declared.n_bytes and self._close(at + declared.n_bytes) is not None:
+            raise self.fail(
+                f"the header declares {declared.n_bytes} bytes but its points and data type take {needed}: "
+                f"{header.n_points} of type {header.ord_data_type} ({DATA_TYPES[header.ord_data_type]}), but those of "
+                f"{other} take what is there; correct the data type in record 7 or export the file again"
+            )
         if there < max(needed, declared.n_bytes):
             raise self.fail(
                 f"the header announces {needed} bytes of binary samples but only {there} bytes are left in the file; "

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data._arrays import frozen
-from femend.io.uff.header58 import Fail, Header58, parse_header
+from femend.io.uff.header58 import DATA_TYPES, Fail, Header58, parse_header
 from femend.io.uff.scan import RawSet, decode
 
 __all__ = ["Function58", "read_58", "text_widths"]
@@ -64,6 +64,7 @@ def _text_numbers(text: bytes, header: Header58, fail: Fail) -> NDArray[np.float
             return np.array(tokens, dtype=np.float64)
         except ValueError:
             pass
+    _refuse_count(tokens, header, fail)
     fields = _by_columns(plain, header)
     values = np.empty(len(fields))
     for i, field in enumerate(fields):
@@ -87,8 +88,32 @@ def _text_numbers(text: bytes, header: Header58, fail: Fail) -> NDArray[np.float
     return values[:needed]
 
 
+def _refuse_count(tokens: list[Any], header: Header58, fail: Fail) -> None:
+    """Raises what `fail` makes where the numbers are as many as those of the other kind, real or complex, would be."""
+    other = header.with_values(len(tokens))
+    if not other:
+        return
+    try:
+        np.array(tokens, dtype=np.float64)
+    except ValueError:  # numbers that touch each other
+        return
+    raise fail(
+        f"the header announces {header.n_values} numbers ({header.n_points} points of ordinate data type "
+        f"{header.ord_data_type}, {DATA_TYPES[header.ord_data_type]}) but {len(tokens)} are there, as of type {other}: "
+        "correct the data type or the number of points in record 7, or export it again"
+    )
+
+
 # decades over which the values of a record read in the wrong byte order spread at least
 SWAPPED_DECADES = 20.0
+
+
+def _sane(array: NDArray[Any]) -> float:
+    """Share of the numbers that are not zero which are of a size that recordings have."""
+    with np.errstate(all="ignore"):
+        size = np.abs(array.astype(np.float64))
+    used = size[size != 0]
+    return 1.0 if used.size == 0 else float(np.mean((used > 1e-15) & (used < 1e15)))
 
 
 def _swapped(values: NDArray[Any]) -> bool:
@@ -99,12 +124,6 @@ def _swapped(values: NDArray[Any]) -> bool:
     close together below the smallest normal number, where no recording is.
     """
 
-    def sane(array: NDArray[Any]) -> float:
-        with np.errstate(all="ignore"):
-            size = np.abs(array.astype(np.float64))
-        used = size[size != 0]
-        return 1.0 if used.size == 0 else float(np.mean((used > 1e-15) & (used < 1e15)))
-
     sample = values[:4096]
     if np.count_nonzero(sample) < 8:
         return False
@@ -114,7 +133,37 @@ def _swapped(values: NDArray[Any]) -> bool:
     decades = decades[np.isfinite(decades)]
     spread = decades.size < 2 or float(np.ptp(decades)) > SWAPPED_DECADES
     subnormal = float(np.mean(used < np.finfo(used.dtype).tiny)) > 0.5
-    return sane(sample) < 0.7 and sane(sample.byteswap()) > 0.98 and (spread or subnormal)
+    return _sane(sample) < 0.7 and _sane(sample.byteswap()) > 0.98 and (spread or subnormal)
+
+
+# data types of which a point takes eight bytes; how many times wider the logarithms of values of one type are spread
+# where they are read as the other, and the decades of that at least. Bits of a mantissa are then an exponent, or three
+# of them are added to it, which makes every decade eight
+ALIKE = {4: 5, 5: 4}
+WIDER, MISREAD_DECADES = 3.0, 2.0
+# different values from which their bits tell a type: of one that repeats itself a mantissa may look like anything
+DIFFERENT = 16
+
+
+def _mistyped(y: NDArray[Any], kind: int) -> bool:
+    """True where ordinates y (n, 1 or 2) of data type `kind`, as they are in the file, make sense only as the other
+    type whose numbers take as many bytes."""
+    y = y[:: 1 + len(y) // 4096]
+    if kind not in ALIKE or any(np.unique(column).size < DIFFERENT for column in y.T):
+        return False
+    other = np.ascontiguousarray(y).view(f"{y.dtype.byteorder}f{12 - y.dtype.itemsize}")
+    if _sane(other) < 0.98 or np.mean(other != 0) < 0.9:  # counts end in zero bytes
+        return False
+    wide = _decades(y)
+    return wide > MISREAD_DECADES and wide > WIDER * _decades(other)
+
+
+def _decades(values: NDArray[Any]) -> float:
+    """Deviation of the decimal logarithms of what is not zero among the `values`."""
+    with np.errstate(all="ignore"):
+        logs = np.log10(np.abs(values[values != 0].astype(np.float64)))
+    logs = logs[np.isfinite(logs)]
+    return float(logs.std()) if logs.size else 0.0
 
 
 def _binary_numbers(raw: RawSet, header: Header58, fail: Fail) -> NDArray[np.float64]:
@@ -124,13 +173,22 @@ def _binary_numbers(raw: RawSet, header: Header58, fail: Fail) -> NDArray[np.flo
         ordinates = header.n_values // header.n_points - 1
         table = np.frombuffer(raw.samples, dtype=[("x", f"{order}f4"), ("y", f"{order}f8", (ordinates,))])
         values = np.column_stack([table["x"].astype(np.float64), table["y"]]).ravel()
+        y = table["y"]
     else:
         values = np.frombuffer(raw.samples, dtype=f"{order}f{header.item_size}", count=header.n_values)
+        y = values.reshape(header.n_points, -1)[:, 0 if header.even else 1 :] if header.n_points else values[:, None]
     if _swapped(values):
         declared, other = ("little", "big") if raw.binary.byte_order == 1 else ("big", "little")
         raise fail(
             f"the header says {declared} endian (byte order {raw.binary.byte_order}) but the samples make sense only "
             f"as {other} endian; correct the byte order in the type line to {3 - raw.binary.byte_order} or export again"
+        )
+    if _mistyped(y, header.ord_data_type):
+        said, alike = header.ord_data_type, ALIKE[header.ord_data_type]
+        raise fail(
+            f"the header declares ordinate data type {said} ({DATA_TYPES[said]}), but the samples make sense only as "
+            f"type {alike} ({DATA_TYPES[alike]}), of which a point takes as many bytes; correct the data type in "
+            "record 7 or export again"
         )
     with np.errstate(invalid="ignore"):  # a signalling nan among the samples is told later, with its place
         return values.astype(np.float64)

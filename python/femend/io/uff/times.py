@@ -13,7 +13,7 @@ from femend.errors import RecordingError
 from femend.io.channel_map import ChannelMap, converted
 from femend.io.rounded import even_grid
 from femend.io.uff.abscissa import abscissa_scale, last_digits
-from femend.io.uff.labels import Context, channel_of, label_of, side_of
+from femend.io.uff.labels import Context, channel_of, label_of, name_of
 from femend.io.uff.reader import UniversalFile
 from femend.io.uff.set58 import Function58
 from femend.numerals import plain
@@ -103,7 +103,7 @@ def time_data(
     for position, function in enumerate(functions):
         values = np.asarray(function.y.real, dtype=np.float64)
         if position in stated:
-            channel, values = converted(stated[position], values, side_of(function, "rsp")[1], units)
+            channel, values = converted(stated[position], values, name_of(function), units)
             channel = replace(channel, label=label_of(function))
         else:
             channel, factor = channel_of(context, function, "rsp", function.header.ordinate)
@@ -137,7 +137,7 @@ def time_data(
 
 def _stated(functions: Sequence[Function58], maps: Sequence[ChannelMap], name: str) -> dict[int, ChannelMap]:
     """Position of a function -> the map that speaks of it."""
-    names = [side_of(f, "rsp")[1] or label_of(f) for f in functions]
+    names = [name_of(f) or label_of(f) for f in functions]
     stated: dict[int, ChannelMap] = {}
     for channel in maps:
         source = channel.source
