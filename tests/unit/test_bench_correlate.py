@@ -176,6 +176,25 @@ def test_modes_are_read_from_data_sets_55(tmp_path: Path) -> None:
     assert one.dofs == DOFS
 
 
+def test_a_mode_identified_twice_is_told_as_that(tmp_path: Path) -> None:
+    """A second pole of mode 2, 0.4 % above: neither sensors nor supports are to be looked at, nor places planned."""
+    freq, phi = truth_modes(tmp_path)
+    twice = phi[:, 1] + 0.01 * np.abs(phi[:, 1]).max() * np.random.default_rng(4).standard_normal(len(DOFS))
+    path = modes_study(tmp_path)
+    write_modes(
+        tmp_path / "modes.uff",
+        np.insert(freq, 2, 1.004 * freq[1]),
+        np.insert(phi, 2, twice, axis=1),
+        DOFS,
+    )
+    result = correlate_study(path, tmp_path / "out").result
+    assert result["recordings"][0]["summary"]["paired"] == len(freq)
+    told = [w for w in result["warnings"] if "one mode identified twice?" in w]
+    assert len(told) == 1
+    assert re.search(r"mode [23] at [\d.]+ Hz has the shape of mode [23] at [\d.]+ Hz \(MAC 1.00\)", told[0])
+    assert result["advice"] == ""
+
+
 def test_frfs_beside_modes_are_compared_too(tmp_path: Path) -> None:
     freq, phi = truth_modes(tmp_path)
     write_modes(tmp_path / "modes.uff", freq, phi, DOFS)

@@ -22,6 +22,7 @@ from femend.bench.doubting.doubted import (
 )
 from femend.bench.doubting.doubted_frames import with_frames_settled
 from femend.bench.doubting.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
+from femend.bench.doubting.doubted_twice import doubted_twice, twins, without_twins
 from femend.bench.reading.compared import Compared
 from femend.bench.reading.measured import MeasuredModes
 from femend.bench.reading.placed import Placed
@@ -49,7 +50,7 @@ def correlation_result(
     first = "; ".join([*([TIME_FIRST] if times else []), *([FREQUENCIES_FIRST] if factors else [])])
     told = with_frames_settled(prepared, compared, prepared.warnings)
     of_sensors = [*at_one_dof(compared), *faults, *doubted_levels(compared)]
-    warnings = [*told, *times, *factors, *far_pairs(compared), *of_sensors]
+    warnings = [*told, *times, *factors, *far_pairs(compared), *doubted_twice(compared), *of_sensors]
     return {
         "format": FORMAT,
         "title": prepared.study.title,
@@ -144,18 +145,18 @@ def _advice(compared: Sequence[Compared], faults: Sequence[str]) -> str:
     said = []
     if faults:
         said.append(MEND_FIRST)
-    lost = [c for c in compared if c.n_pairs < c.n_test]
-    if lost:
-        n, of = sum(c.n_test - c.n_pairs for c in lost), sum(c.n_test for c in compared)
+    n, of = sum(c.n_test - c.n_pairs - len(twins(c)) for c in compared), sum(c.n_test for c in compared)
+    if n:
         said.append(
             f"{n} of {of} measured modes have no mate in the model: look at the MAC matrix, at sensor directions and "
             "at the supports"
         )
-    alike = [c for c in compared if _largest_off(c.automac) > 0.8]
+    off = {c.measured.name: _largest_off(without_twins(c)) for c in compared}
+    alike = [name for name, x in off.items() if x > 0.8]
     if alike:
         said.append(
-            f"modes of {', '.join(repr(c.measured.name) for c in alike)} look alike at these sensors (AutoMAC up to "
-            f"{max(_largest_off(c.automac) for c in alike):.2f}): `femend pretest` proposes places that tell them apart"
+            f"modes of {', '.join(map(repr, alike))} look alike at these sensors (AutoMAC up to "
+            f"{max(off.values()):.2f}): `femend pretest` proposes places that tell them apart"
         )
     return "; ".join(said)
 
