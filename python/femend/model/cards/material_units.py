@@ -85,8 +85,8 @@ def _hint(moduli: Values, densities: Values, mass: float, own: UnitSystem) -> st
     for by, what in OTHERWISE[own.name] if mass == 1 else ():
         if _solids(moduli, densities, by, own):
             return (
-                f"taken as {what} its masses make all those of solids, which needs PARAM,WTMASS,{plain(by)} in the deck "
-                "(it acts on CONM2 and NSM too): "
+                f"taken as {what} its masses make all those of solids, which needs PARAM,WTMASS,{plain(by)} in "
+                "the deck (it acts on CONM2 and NSM too): "
             )
     for name in SYSTEMS:
         if name != own.name and _solids(moduli, densities, mass, unit_system(name)):
