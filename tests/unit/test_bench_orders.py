@@ -195,10 +195,18 @@ def test_what_is_written_of_held_speeds(held: CorrelationRun, folder: Path) -> N
 
 
 def test_pulses_of_several_teeth_have_no_common_angle(folder: Path) -> None:
-    path = study(folder, "slow", "fast")
+    path = study(folder, "slow", "fast", correlation="orders = [2]")  # of a shaft that turns half as fast
     path.write_text(path.read_text().replace('axis = "X"', 'axis = "X"\npulses_per_revolution = 2'))
     found = correlate_study(path)
     assert [r.measured.held for r in found.runs] == [("slow",), ("fast",)]
+
+
+def test_a_wrong_number_of_pulses_is_told_where_nothing_is_left_of_order_1(folder: Path) -> None:
+    path = study(folder, "fast")
+    path.write_text(path.read_text().replace('axis = "X"', 'axis = "X"\npulses_per_revolution = 2'))
+    with pytest.raises(RecordingError, match=r"% of its shape is noise") as caught:
+        correlate_study(path)
+    assert "is pulses_per_revolution = 1 instead of 2?" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -222,6 +230,31 @@ def test_a_short_recording_at_a_held_speed_is_refused(folder: Path, tmp_path: Pa
     short = TimeData("slow", data.dt, data.values[:, : int(5 * rigs.RATE)], data.channels)
     write_uff(tmp_path / "slow.uff", functions_of(short))
     with pytest.raises(RecordingError, match=r"rev/s it holds 12 whole revolutions clear of its ends, fewer"):
+        correlate_study(study(tmp_path, "slow"))
+
+
+def test_held_speeds_that_are_noise_are_told_and_left_out(folder: Path, tmp_path: Path) -> None:
+    """Nothing acts in order 3, and one recording is loud with something else: both were compared like the others."""
+    data = read_recording(folder / "slow.uff", excitation="unknown").time
+    values = data.values.copy()
+    values[1:] += 25.0 * values[1:].std() * np.random.default_rng(4).standard_normal(values[1:].shape)
+    for name in ("middle", "fast"):
+        (tmp_path / f"{name}.uff").write_bytes((folder / f"{name}.uff").read_bytes())
+    (tmp_path / "model.bdf").write_bytes((folder / "model.bdf").read_bytes())
+    write_uff(tmp_path / "slow.uff", functions_of(TimeData("slow", data.dt, values, data.channels)))
+    run = correlate_study(study(tmp_path, "slow", "middle", "fast", correlation="orders = [1, 3]"))
+    assert [r.measured.held for r in run.runs] == [("middle", "fast")]
+    assert run.runs[0].measured.noise.max() < 0.1
+    told = [w for w in run.result["warnings"] if "of its shape is noise" in w]
+    assert [w.split(":")[0] for w in told] == [
+        "recording 'slow' is not compared",
+        "recording 'slow' is not compared in order 3",
+        "recording 'middle' is not compared in order 3",
+        "recording 'fast' is not compared in order 3",
+    ]
+    assert "at 4.2 rev/s " in told[0]
+    assert all("times as long, or run nearer" in w or "shows next to nothing of this order" in w for w in told)
+    with pytest.raises(RecordingError, match=r"'slow' is not compared: at 4\.2 rev/s \d+ % of its shape is noise"):
         correlate_study(study(tmp_path, "slow"))
 
 

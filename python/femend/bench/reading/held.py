@@ -13,7 +13,7 @@ from femend.dof import Dof
 from femend.numerals import plain
 from femend.study.file.study import Study, StudyRecording
 
-__all__ = ["HeldShapes", "held_shapes", "known_unbalance"]
+__all__ = ["NOISY", "HeldShapes", "held_shapes", "known_unbalance"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -21,6 +21,10 @@ ComplexArray = NDArray[np.complex128]
 # revolutions of a stretch, in which whole, half and quarter orders are told apart, and the fewest of such stretches
 # whose scatter says how far the mean is off
 REVOLUTIONS, FEWEST = 4, 5
+# a shape of which noise is a larger share is none to be compared
+NOISY = 0.5
+# how many times longer a recording may have to be for that to be advice
+LONGEST = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +91,9 @@ def held_shapes(data: RunData, told: StudyRecording, recording: Recording, study
         )
     course = (2 * np.pi * mean) ** 2
     spread = amplitudes.std(axis=0, ddof=1) / np.sqrt(len(amplitudes))
+    noise = float(np.linalg.norm(spread)) / max(float(np.linalg.norm(amplitudes.mean(axis=0))), 1e-300)
+    if noise > NOISY:
+        return _drowned(who, data, len(amplitudes), noise)
     rotating = recording.rotating
     assert rotating is not None
     # angle 0 is at the first pulse: with several pulses to a revolution it is another tooth in every recording
@@ -108,6 +115,20 @@ def held_shapes(data: RunData, told: StudyRecording, recording: Recording, study
         np.maximum(spread / course, 1e-300), data.sensors, data.nodes, data.axis, data.order, rotor,
         recording.geometry, (), *known,
     )  # fmt: skip
+
+
+def _drowned(who: str, data: RunData, stretches: int, noise: float) -> str:
+    """That `noise` is too large a share of what the mean over `stretches` shows, and what would help."""
+    order = "" if data.order == 1.0 else f" in order {data.order:g}"
+    speed = float(data.rev_per_s.mean()) / data.order
+    told = (
+        f"{who} is not compared{order}: at {plain(speed)} rev/s {plain(100 * noise, 3)} % of its shape is noise, over "
+        f"{REVOLUTIONS * stretches} revolutions"
+    )
+    times = (noise / NOISY) ** 2  # a mean over n stretches is off by 1/sqrt(n)
+    if times > LONGEST:
+        return f"{told}; it shows next to nothing of this order: leave the recording out, or run nearer to a resonance"
+    return f"{told}; record {plain(np.ceil(times), 2)} times as long, or run nearer to a resonance"
 
 
 def _stretches(data: RunData) -> ComplexArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench.reading.held import HeldShapes, held_shapes, known_unbalance
+from femend.bench.reading.held import NOISY, HeldShapes, held_shapes, known_unbalance
 from femend.data import ODS, Channel, Geometry, Recording
 from femend.data.bands import within_band
 from femend.diagnose.staged.prepare import RunData, run_data, tacho_warnings
@@ -30,8 +30,6 @@ ComplexArray = NDArray[np.complex128]
 
 # what a study is read for where its runs may take part
 UPDATE = "an update"
-# a peak at which noise is a larger share of the shape is none to be compared
-NOISY = 0.5
 # fewer lines than this hold no peak to compare
 FEWEST_LINES = 12
 # share of the sampling rate up to which the filters before the lines leave an order as it is
@@ -140,7 +138,8 @@ def _orders_of(told: StudyRecording, recording: Recording, study: Study) -> list
             ]
         # a sum over metres and radians depends on the unit of length, so that rotations stay out here as with modes
         every = [replace(d, y=d.y[straight], sensors=tuple(d.sensors[i] for i in straight)) for d in every]
-        warnings = (*recording.warnings, *tacho_warnings(recording, top.speed, top.order))
+        doubts = tacho_warnings(recording, top.speed, top.order)
+        warnings = (*recording.warnings, *doubts)
         found: list[MeasuredRun | HeldShapes | str] = []
         for data in every:
             held = held_shapes(data, told, recording, study)
@@ -149,6 +148,8 @@ def _orders_of(told: StudyRecording, recording: Recording, study: Study) -> list
                 found.append(_run_of(told, recording, data, beside, study.correlation.band, warnings))
             else:
                 found.append(held if isinstance(held, str) else replace(held, warnings=warnings))
+        if any(isinstance(one, str) for one in found):
+            found += doubts  # what is doubtful about the tacho may be why
     except FemendError as error:
         return [f"{who} is not compared: {error}"]
     return found
