@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ from click.testing import CliRunner
 
 from femend import FRF, Channel, Dof, Recording, TimeData, _core, functions_of, read_uff, write_uff
 from femend.bench.doubting.doubted import doubted_levels
+from femend.bench.doubting.doubted_faint import faint_shapes
 from femend.cli import main
+from femend.correlate import mac
 from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
 from femend.correlate.exchanged import Exchange, Shapes, exchanged, put_right, turned
 from femend.data import Test
@@ -262,6 +266,33 @@ def test_materials_of_solids_and_a_stand_in_are_not_told(tmp_path: Path) -> None
     assert material_doubts(_core.Deck.read(str(tmp_path / "a.bdf")), "mm-t-s") == []
     (tmp_path / "b.bdf").write_text("PARAM,WTMASS,2.59-3\nMAT1,1,1.+7,,.3,0.1\nGRID,1\n")
     assert material_doubts(_core.Deck.read(str(tmp_path / "b.bdf")), "in-lbf-s") == []
+
+
+def test_a_low_mac_of_a_shape_that_is_mostly_noise_is_told_so() -> None:
+    """Two modes at thirty sensors; noise of 0.4 of the second is what its deviations say."""
+    rng = np.random.default_rng(5)
+    true = np.column_stack([np.ones(30), np.cos(np.linspace(0, 3 * np.pi, 30))])
+    sd = np.array([0.01, 0.4 * np.sqrt(0.5)]) * np.ones((30, 1))
+    shapes = true + sd * rng.standard_normal(true.shape)
+    agree = mac(shapes, true)
+    assert 0.8 < agree[1, 1] < 0.92
+
+    def compared(shape_sd: Any, own: Any = agree) -> Any:
+        rows = [SimpleNamespace(a=i, mac=own[i, i]) for i in (0, 1)]
+        measured = SimpleNamespace(name="hammer", shape_sd=shape_sd, modes=SimpleNamespace(shapes=shapes))
+        comparison = SimpleNamespace(mac=own, table=SimpleNamespace(rows=rows))
+        return SimpleNamespace(
+            measured=measured, comparison=comparison, n_test=2, test=SimpleNamespace(freq=[10.0, 20.0])
+        )
+
+    (told,) = faint_shapes([compared(sd)])
+    share = re.search(r"shape of mode 2 at 20 Hz is known to (\d+) % of itself only", told)
+    assert share is not None
+    assert int(share[1]) == pytest.approx(38, abs=4)
+    assert f"a MAC of {agree[1, 1]:.2f} says little of the model" in told
+    # known well, not known how well, and agreeing all the same
+    assert faint_shapes([compared(0.2 * sd)]) == faint_shapes([compared(None)]) == []
+    assert faint_shapes([compared(sd, np.eye(2))]) == []
 
 
 def doubts(folder: Path) -> list[str]:

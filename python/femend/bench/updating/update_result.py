@@ -16,6 +16,7 @@ from femend.bench.doubting.doubted import (
     doubted_sensors,
     doubted_times,
 )
+from femend.bench.doubting.doubted_faint import faint_shapes
 from femend.bench.doubting.doubted_frames import with_frames_settled
 from femend.bench.doubting.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.reading.compared import Compared
@@ -132,7 +133,7 @@ def _said(
     ]
     settled = with_frames_settled(prepared, before, prepared.warnings)
     told = [*settled, *times, *factors, *at_one_dof(before), *faults, *doubted_levels(before, of_all=True)]
-    told += far_pairs([b for b in before if b.measured.role == "validate"])
+    told += [*far_pairs([b for b in before if b.measured.role == "validate"]), *faint_shapes(before)]
     told += [text for c in counted for text in c.left_out]
     return {
         "doubtful": bool(few or missing or times or factors or faults or let_go) or not believable,
