@@ -16,6 +16,7 @@ from femend.diagnose.updating import update
 from femend.model import ReducedModel, reduce_model
 from femend.model.mesh.form_errors import form_errors
 from femend.model.places.freed import freed
+from femend.model.places.held_motion import held_dof
 from femend.model.reduced.reduction import extend_model
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -75,7 +76,7 @@ def test_other_bases_of_the_model_are_without_them_too(tmp_path: Path) -> None:
 def test_a_clamp_set_free_and_held_again_has_the_frequencies_of_the_clamp(tmp_path: Path) -> None:
     found = mended(reduced_to(bars(tmp_path / "m.bdf", 4), F_MAX))
     rows = [6 * found.model.index(1) + c for c in range(6)]
-    loose = freed(found.bare(), rows)
+    loose = freed(found.bare(), [held_dof(row) for row in rows])
     moving = [row for row in rows if loose.V[row].any()]
     B = loose.V[moving]
     np.testing.assert_allclose(modes(loose, stiff=1e12 * B.T @ B), modes(found), rtol=1e-4)

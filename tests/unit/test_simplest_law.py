@@ -16,6 +16,7 @@ from femend.diagnose.naming.ranked import Ranked, tempered
 from femend.diagnose.naming.simple_first import simple_first, simplest_linear
 from femend.diagnose.settings import Settings
 from femend.model import Place
+from femend.model.places.held_motion import held_dof
 from femend.physics import physics
 
 N_VALUES = 1000.0
@@ -141,7 +142,7 @@ def test_only_linear_laws_at_the_same_place_are_simpler(other: tuple[str, Place]
 
 def test_springs_under_a_clamp_have_to_win_clearly_against_one_spring_there() -> None:
     cut = Place("clamp", (1,), "RY", "ground", release=np.ones((1, 1)))
-    both = Place("clamp", (1,), "", "ground", springs=((2, 1.0), (4, 1.0)))
+    both = Place("clamp", (1,), "", "ground", springs=((held_dof(2), 1.0), (held_dof(4), 1.0)))
     one, other = ranked("compliant_support", 1.03, 10.0, cut), ranked("tuned_absorber", 1.0, 5.0, both)
     assert names(first(one, other))[0] == "compliant_support"
     assert names(first(replace(one, score=one.score + 200.0), ranked("tuned_absorber", 0.8, 5.0, both)))[0] != one.name

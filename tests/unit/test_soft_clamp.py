@@ -20,6 +20,7 @@ from femend.errors import ModelError
 from femend.estimate import Fit
 from femend.model import Model, Place, ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.places.freed import freed, own_stiffness, reactions
+from femend.model.places.held_motion import held_dof
 from femend.study.result.patch import on_new_supports
 from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
@@ -45,7 +46,7 @@ def held_but(components: dict[int, float]) -> str:
 
 def clamp(of: Model, springs: dict[int, float]) -> Place:
     first = 6 * of.index(1)
-    under = tuple((first + component - 1, k) for component, k in springs.items())
+    under = tuple((held_dof(first + component - 1), k) for component, k in springs.items())
     return Place("clamp", (1,), "", "ground", elements=(1,), label="clamp at node 1", springs=under)
 
 
@@ -136,15 +137,15 @@ def test_springs_stay_where_a_basis_grows_and_form_errors_and_members_are_kept(t
 def test_reactions_are_what_the_clamp_takes(tmp_path: Path) -> None:
     of = model(tmp_path)
     reduced, row = basis(of), 6 * of.index(1) + 2
-    K, M = reactions(reduced, [row])
+    K, M = reactions(reduced, [held_dof(row)])
     # a rigid displacement of everything loads no spring: the free model's row times it is nothing
-    loose = freed(reduced, [row, row + 2])
+    loose = freed(reduced, [held_dof(row), held_dof(row + 2)])
     assert loose.r > reduced.r
     assert not reduced.V[row].any()
     assert np.abs(loose.V[row]).max() > 0
     assert K.shape == M.shape == (1, reduced.r)
     # EI of the first bar 7e10 * 3.3275e-9, length 0.06: 12 EI / l^3 but for its shear
-    assert 0.5 < own_stiffness(of, [row])[0] / (12 * 7e10 * 3.3275e-9 / 0.06**3) <= 1.0 + 1e-9
+    assert 0.5 < own_stiffness(of, [held_dof(row)])[0] / (12 * 7e10 * 3.3275e-9 / 0.06**3) <= 1.0 + 1e-9
 
 
 def test_what_no_spc_set_holds_cannot_be_set_free(tmp_path: Path) -> None:
@@ -153,7 +154,7 @@ def test_what_no_spc_set_holds_cannot_be_set_free(tmp_path: Path) -> None:
     path.write_text(text)
     of = read_model(path, parameters=small_study.PARAMETERS)
     with pytest.raises(ModelError, match="DOF 1 Z cannot be set free"):
-        freed(basis(of), [6 * of.index(1) + 2])
+        freed(basis(of), [held_dof(6 * of.index(1) + 2)])
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +190,7 @@ def test_a_clamp_that_is_beaten_with_all_its_springs_is_left_at_once(
     asked: list[tuple[int, ...]] = []
 
     def beaten(fit: Fit) -> bool:
-        asked.append(tuple(row % 6 for row, _ in fit.hypothesis.reduced.members[-1].springs))
+        asked.append(tuple(motion.component for motion, _ in fit.hypothesis.reduced.members[-1].springs))
         return True
 
     given = (found.split, found.reduced, found.located, found.null.p, 10.0)

@@ -2,40 +2,22 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from femend.diagnose.locating.dressed import own_values, with_own
 from femend.diagnose.locating.joint import open_joint
-from femend.model import Model, Parameter, Place, ReducedModel, find_places, read_model, reduce_model
+from femend.model import Parameter, Place, ReducedModel, reduce_model
+from femend.model.places.freed import own_stiffness
 
-NX, NY, SIDE = 12, 8, 0.025
-CORNERS = (1, 13, 105, 117)
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_plate import CORNERS, NX, NY, plate, supports
+
 INSIDE = 18
-
-
-def plate(folder: Path, held: tuple[int, ...], more: str = "", parameters: tuple[Parameter, ...] = ()) -> Model:
-    """A plate on its corners; in-plane motion held everywhere, as for a plate that bends."""
-    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "PARAM,COUPMASS,1", "MAT1,1,7.+10,,0.33,2700."]
-    lines += ["PSHELL,1,1,0.003,1,,1"]
-    for j in range(NY + 1):
-        for i in range(NX + 1):
-            lines.append(f"GRID,{1 + i + (NX + 1) * j},,{i * SIDE:.3f},{j * SIDE:.3f},0.")
-    for j in range(NY):
-        for i in range(NX):
-            n = 1 + i + (NX + 1) * j
-            lines.append(f"CQUAD4,{1 + i + NX * j},1,{n},{n + 1},{n + NX + 2},{n + NX + 1}")
-    lines += [f"SPC1,1,126,1,THRU,{(NX + 1) * (NY + 1)}", *(f"SPC1,1,3,{n}" for n in held)]
-    lines += [*([more] if more else []), "ENDDATA", ""]
-    path = folder / "plate.bdf"
-    path.write_text("\n".join(lines))
-    return read_model(path, parameters=parameters)
-
-
-def supports(model: Model) -> list[Place]:
-    return [p for p in find_places(model) if p.kind == "support"]
 
 
 def frequencies(K: np.ndarray, M: np.ndarray, n: int = 6) -> np.ndarray:
@@ -76,6 +58,41 @@ def test_a_clamped_edge_gives_way_as_a_whole(tmp_path: Path) -> None:
     assert set(found) == {"Z", "RX"}
     assert found["Z"].nodes == edge
     assert "support at nodes 1, 14, 27, 40 and 5 more" in found["Z"].label
+
+
+@pytest.mark.parametrize("among", [False, True])
+@pytest.mark.parametrize("k", [{2: 3e3}, {2: 4e4, 3: 150.0}])
+def test_an_edge_on_springs_is_the_deck_without_it_tied_to_a_rigid_bar_on_them(
+    tmp_path: Path, k: dict[int, float], among: bool
+) -> None:
+    edge = tuple(1 + (NX + 1) * j for j in range(NY + 1))
+    model = plate(tmp_path, edge)
+    found = supports(model)[0]
+    # in the plane and about Z it is held, too, where bending takes nothing of it
+    assert [motion.component for motion in found.motions] == [0, 1, 2, 3, 5]
+    assert (own_stiffness(model, found.motions) > 0).all()
+    # sought around another stiffness, so that the unknowns stand elsewhere than at nothing
+    springs = tuple((motion, 5 * k[motion.component]) for motion in found.motions if motion.component in k)
+    place = Place("support", edge, "", "ground", springs=springs, motions=found.motions if among else ())
+    reduced = with_own(place, reduce_model(model, 600.0, [6 * INSIDE + 2]))
+    p = np.full(len(k), np.log(1 / 5))
+    assert own_values(reduced, p) == pytest.approx({f"k{c + 1}": value for c, value in k.items()})
+    factors = [np.exp(sum(exponent * p[i] for i, exponent in term.exponents)) for term in reduced.terms]
+    K = reduced.K_fixed + sum(f * t.K for f, t in zip(factors, reduced.terms, strict=True) if t.K is not None)
+
+    loose = plate(tmp_path, ())
+    rows = {int(row): i for i, row in enumerate(loose.g_rows())}
+    at = [rows[6 * loose.index(n) + 2] for n in edge]
+    y = np.array([loose.xyz[loose.index(n)][1] for n in edge])
+    T = np.delete(np.eye(len(rows)), at, axis=1)
+    for component, t in ((2, np.ones(len(edge))), (3, y - y.mean())):
+        if component in k:
+            T = np.hstack([T, np.zeros((len(rows), 1))])
+            T[at, -1] = t
+    K_true, M_true = (T.T @ a.toarray() @ T for a in loose.matrices())
+    K_true[range(-len(k), 0), range(-len(k), 0)] += list(k.values())
+    # the plate turns about its edge as it likes
+    np.testing.assert_allclose(frequencies(K, deck(reduced, "M"))[1:], frequencies(K_true, M_true)[1:], rtol=1e-5)
 
 
 def test_a_support_that_no_single_parameter_scales_is_left_out(tmp_path: Path) -> None:

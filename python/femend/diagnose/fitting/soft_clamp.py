@@ -1,7 +1,10 @@
-"""A clamp that is soft in several directions at once: springs of its own under each DOF that the deck holds there.
+"""A clamp that is soft in several directions at once: springs of its own under each DOF that the deck holds there, and
+under the support of a shell or solid against each motion of it as a rigid whole.
 
-A law in one direction of a cut cannot say this: the directions of a beam's end are coupled. So the held DOFs are set
-free and stand on springs, whose stiffnesses are unknowns of the model beside its parameters. From springs in all
+A law in one direction of a cut cannot say this: the directions of a beam's end are coupled. And a support of shells or
+solids is often a hundred times softer than the elements around it, so that what a law takes from these has to be right
+to a per cent and to follow what the model's parameters do to them. So the held DOFs are set free and stand on springs,
+whose stiffnesses are unknowns of the model beside its parameters. From springs in all
 directions that the band shows the least determined one is taken away in turns; what is left at each turn, each
 direction by itself, and the best of these with one more are candidates like all others. More directions have to win
 against fewer as every law has to.
@@ -23,7 +26,9 @@ from femend.estimate import Fit, Hypothesis, Problem
 from femend.estimate.fit import TUNED_ABOVE
 from femend.model import Place, ReducedModel
 from femend.model.places.freed import own_stiffness, reactions
+from femend.model.places.held_motion import HeldMotion, held_dof
 from femend.model.places.place import AXES
+from femend.numerals import listed
 
 __all__ = ["SoftClamp", "soft_clamps"]
 
@@ -58,9 +63,10 @@ def soft_clamps(
     margin: float,
     beaten: Callable[[Fit], bool] = lambda fit: False,
 ) -> list[SoftClamp]:
-    """Springs in several directions, and in each by itself, under every clamp that stands among the places `found` and
-    their look-alikes; `updated` are the unknowns of the updated model. Clamps whose springs in the same directions cost
-    at most `margin` more are look-alikes of each other. Where springs in all directions are `beaten`, fewer are too."""
+    """Springs in several directions, and in each by itself, under every clamp or support that stands among the places
+    `found` and their look-alikes; `updated` are the unknowns of the updated model. Those whose springs in the same
+    directions cost at most `margin` more are look-alikes of each other. Where springs in all directions are `beaten`,
+    fewer are too."""
     done: list[SoftClamp] = []
     for clamp, near in _clamps(found):
         whole = _all_springs(split.whole, reduced, clamp, updated)
@@ -79,25 +85,29 @@ def soft_clamps(
 
 def _alike(soft: SoftClamp, others: Sequence[SoftClamp], margin: float) -> tuple[Place, ...]:
     """Other clamps that do as well or better with springs in the same directions, the best first."""
-    own = [row % 6 for row, _ in soft.located.place.springs]
+    own = _components(soft.located.place)
     near = [
         other.located
         for other in others
         if other is not soft
-        and [row % 6 for row, _ in other.located.place.springs] == own
+        and _components(other.located.place) == own
         and other.located.cost - soft.located.cost < margin
     ]
     return tuple(one.place for one in sorted(near, key=lambda one: one.cost))
 
 
+def _components(place: Place) -> list[int]:
+    return [motion.component for motion, _ in place.springs]
+
+
 def _clamps(found: Sequence[Located]) -> list[tuple[Place, list[FloatArray]]]:
-    """One place of the first `MOST` clamps among the places found and their look-alikes, each with the unknowns of the
-    model at the fits it stands by."""
-    at_node: dict[int, tuple[Place, list[FloatArray]]] = {}
+    """One place of the first `MOST` clamps and supports among the places found and their look-alikes, each with the
+    unknowns of the model at the fits it stands by."""
+    at_node: dict[tuple[int, ...], tuple[Place, list[FloatArray]]] = {}
     for one in found:
         for place in (one.place, *one.alike):
-            if place.kind == "clamp" and not place.springs and not one.place.part:
-                at_node.setdefault(place.nodes[0], (place, []))[1].append(one.fit.p)
+            if place.kind in ("clamp", "support") and not place.springs and not one.place.part:
+                at_node.setdefault(place.nodes, (place, []))[1].append(one.fit.p)
     return list(at_node.values())[:MOST]
 
 
@@ -181,37 +191,46 @@ def _started(p: FloatArray, reduced: ReducedModel, place: Place, size: float) ->
 
 
 def _all_springs(problem: Problem, reduced: ReducedModel, clamp: Place, updated: FloatArray) -> Place | None:
-    """The clamp with springs in all directions that take something of the band's motion, each sought around the
-    stiffness at which a mode of the band would leave its frequency; None where there are none."""
-    node = reduced.model.index(clamp.nodes[0])
-    rows = [row for row in range(6 * node, 6 * node + 6) if not reduced.V[row].any()]
-    own = own_stiffness(reduced.model, rows)
+    """The clamp or support with springs in all directions that take something of the band's motion, each sought around
+    the stiffness at which a mode of the band would leave its frequency; None where there are none."""
+    motions = [m for m in _held(reduced, clamp) if not reduced.V[list(m.rows)].any()]
+    own = own_stiffness(reduced.model, motions)
     held = own > 0  # not by more than the clamp, nor by nothing but its lack of stiffness
-    rows, own = [row for row, there in zip(rows, held, strict=True) if there], own[held]
-    if not rows:
+    motions, own = [m for m, there in zip(motions, held, strict=True) if there], own[held]
+    if not motions:
         return None
     omega, _, Q, _ = problem.system(reduced).modal(updated)
     inside = omega < TUNED_ABOVE * 2 * np.pi * problem.band[1]
     inside[0] = True
-    K, M = reactions(reduced, rows)
+    K, M = reactions(reduced, motions)
     force = (K @ Q - (M @ Q) * omega**2)[:, inside]
     # to first order a compliance 1/k lowers a mode's omega^2 by R^2/k
     scale = (force**2 / np.maximum(omega[inside], 1e-3 * omega.max()) ** 2).max(axis=1)
-    springs = tuple((row, float(k)) for row, k, s in zip(rows, scale, own, strict=True) if k > IDLE * s)
-    return _labelled(clamp, springs) if springs else None
+    springs = tuple((m, float(k)) for m, k, s in zip(motions, scale, own, strict=True) if k > IDLE * s)
+    return _labelled(replace(clamp, motions=tuple(m for m, _ in springs)), springs) if springs else None
+
+
+def _held(reduced: ReducedModel, clamp: Place) -> Sequence[HeldMotion]:
+    """Motions in which a clamp, at its node, or a support may give way."""
+    if clamp.motions:
+        return clamp.motions
+    first = 6 * reduced.model.index(clamp.nodes[0])
+    return [held_dof(row) for row in range(first, first + 6)]
 
 
 def _without(place: Place, i: int) -> Place:
     return _labelled(place, tuple(s for j, s in enumerate(place.springs) if j != i))
 
 
-def _labelled(clamp: Place, springs: tuple[tuple[int, float], ...]) -> Place:
-    """The clamp of a node on springs, with its directions in words."""
-    axes = [AXES[row % 6] for row, _ in springs]
+def _labelled(clamp: Place, springs: tuple[tuple[HeldMotion, float], ...]) -> Place:
+    """The clamp or support on springs, with its directions in words."""
+    axes = [AXES[motion.component] for motion, _ in springs]
     words = axes[0] if len(axes) == 1 else f"{', '.join(axes[:-1])} and {axes[-1]}"
+    nodes = f"node{'s' if len(clamp.nodes) > 1 else ''} {listed(clamp.nodes, 4)}"
     return Place(
-        "clamp", clamp.nodes, axes[0] if len(axes) == 1 else "", "ground", elements=clamp.elements,
-        label=f"clamp at node {clamp.nodes[0]}, springs in {words}", springs=springs,
+        clamp.kind, clamp.nodes, axes[0] if len(axes) == 1 else "", "ground", elements=clamp.elements,
+        label=f"{clamp.kind} at {nodes}, springs in {words}", springs=springs,
+        motions=clamp.motions,
     )  # fmt: skip
 
 
@@ -221,7 +240,7 @@ def _reference(split: Split, reduced: ReducedModel, springs: Fit) -> float:
     place, n_out = springs.hypothesis.reduced.members[-1], min(r.y.shape[0] for r in split.whole.records)
     if len(place.springs) >= n_out:
         return 1.0
-    w, _ = reactions(reduced, [row for row, _ in place.springs])
+    w, _ = reactions(reduced, [motion for motion, _ in place.springs])
     hypothesis, nothing = Hypothesis(reduced, w), np.zeros(0)
     plain = np.delete(springs.p, np.r_[own_span(springs.hypothesis.reduced)])
     (fit,) = split.fitting.fit([hypothesis], [(plain, nothing)])

@@ -49,7 +49,7 @@ def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
     Raises ModelError for a clamp that no SPC set holds.
     """
     if place.springs:
-        loose = freed(reduced, [row for row, _ in place.springs])
+        loose = freed(reduced, [motion for motion, _ in place.springs], place.motions)
         return with_springs(place, dressed(loose, reduced))
     if place.spring:
         B = place.w(reduced.V, reduced.V_a)

@@ -1,13 +1,14 @@
-"""DOFs that the deck holds set free again: the same small model, in a basis in which they move too.
+"""Motions that the deck holds set free again: the same small model, in a basis in which they move too.
 
-The basis gets, for every DOF set free, the static answer to its unit displacement with the others held (Craig and
-Bampton, Coupling of substructures for dynamic analyses, AIAA J. 6 (1968) 1313-1319), and what the inertia of that
-answer adds to it. With springs of any stiffness under these DOFs the model is then as good as the one it came from:
-from held (the basis had that) to free.
+The basis gets, for every motion set free, of one DOF or of a region of them as a rigid whole, the static answer to a
+unit of it with the others held (Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA J. 6 (1968)
+1313-1319), and what the inertia of that answer adds to it. With springs of any stiffness against these motions the
+model is then as good as the one it came from: from held (the basis had that) to free.
 """
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,9 +18,11 @@ from numpy.typing import NDArray
 
 from femend.errors import ModelError
 from femend.model.model import Model
+from femend.model.places.held_motion import HeldMotion
 from femend.model.places.place import AXES, Place
 from femend.model.reduced.reduction import ReducedModel, Term, project_model
 from femend.model.reduced.static_basis import static_responses, static_shift
+from femend.model.reduced.wider import Basis
 
 __all__ = ["SPRING_SD", "freed", "reactions", "with_springs"]
 
@@ -45,51 +48,111 @@ def _positions(free: Model, rows: Sequence[int]) -> NDArray[np.int64]:
     return np.array([at[int(row)] for row in rows], dtype=np.int64)
 
 
-def reactions(reduced: ReducedModel, rows: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-    """What held DOFs `rows` of the g-set take from the structure: their rows (n, r) of stiffness and mass in the basis,
-    at the deck's values. Raises ModelError as `freed`."""
+def _pattern(free: Model, motions: Sequence[HeldMotion]) -> FloatArray:
+    """Displacements (n_a, n) of the independent DOFs of the model without supports in a unit of each motion.
+
+    Raises ModelError as `_positions`.
+    """
+    T = np.zeros((len(free.g_rows()), len(motions)))
+    for column, motion in zip(T.T, motions, strict=True):
+        column[_positions(free, motion.rows)] = motion.values
+    return T
+
+
+def reactions(reduced: ReducedModel, motions: Sequence[HeldMotion]) -> tuple[FloatArray, FloatArray]:
+    """What held `motions` take from the structure: their rows (n, r) of stiffness and mass in the basis, at the deck's
+    values. Raises ModelError as `freed`."""
     free = reduced.model.unsupported
     V = reduced.V[free.g_rows()]
-    at = _positions(free, rows)
-    K, M = (np.asarray(A.tocsr()[at] @ V) for A in free.matrices())
+    T = _pattern(free, motions)
+    K, M = (np.asarray((A @ T).T @ V) for A in free.matrices())
     return K, M
 
 
-def own_stiffness(model: Model, rows: Sequence[int]) -> FloatArray:
-    """Stiffness (n,) against the motion of each of the held DOFs `rows` by itself, all others held; 0 for those that
-    more than an SPC set holds (their GRID, the rigid element they belong to)."""
+def own_stiffness(model: Model, motions: Sequence[HeldMotion]) -> FloatArray:
+    """Stiffness (n,) against each of the held `motions` by itself, all others held; 0 for those of DOFs that more than
+    an SPC set holds (their GRID, the rigid element they belong to)."""
     free = model.unsupported
-    at = {int(g): i for i, g in enumerate(free.g_rows())}
-    diagonal = free.matrices()[0].diagonal()
-    return np.array([diagonal[at[row]] if row in at else 0.0 for row in rows])
+    there = {int(g) for g in free.g_rows()}
+    K = free.matrices()[0]
+    own = np.zeros(len(motions))
+    for i, motion in enumerate(motions):
+        if there.issuperset(motion.rows):
+            (t,) = _pattern(free, [motion]).T
+            own[i] = t @ (K @ t)
+    return own
 
 
-def freed(reduced: ReducedModel, rows: Sequence[int]) -> ReducedModel:
-    """The model with held DOFs `rows` of the g-set free, and with its parameters alone: no form errors, nothing added.
+def freed(reduced: ReducedModel, motions: Sequence[HeldMotion], of: Sequence[HeldMotion] = ()) -> ReducedModel:
+    """The model with held `motions` free, and with its parameters alone: no form errors, nothing added.
 
-    Rows that move in the basis already stay as they are. Raises ModelError for a DOF that no SPC set holds.
+    Where others of the motions `of` one support are asked for again and again, the model with all of these free is made
+    once, and the others held in it. DOFs that move in the basis already stay as they are. Raises ModelError for a DOF
+    that no SPC set holds.
     """
-    free = reduced.model.unsupported
-    g = free.g_rows()
-    V_a = reduced.V[g]
     own = reduced.model.g_rows()
-    new = [row for row in rows if not reduced.V[row].any()]
-    if new:
-        inside = np.flatnonzero(np.isin(g, own))
-        V_a = _extended(V_a, free, _positions(free, new), inside, static_shift(2 * np.pi * reduced.freq))
-    made = project_model(free, V_a, np.asarray(free.transformation() @ V_a))
+    if of and set(motions) <= set(of):
+        rest = [m for m in of if m not in motions and not reduced.V[list(m.rows)].any()]
+        made = _held_again(_all_free(reduced, tuple(of)), rest, reduced.r)
+    else:
+        made = _free(reduced, motions)
     made = replace(made, model=reduced.model, V_a=made.V[own])
     return made if reduced.beams is None else made.without(reduced.beams)
 
 
-def _extended(V: FloatArray, free: Model, at: NDArray[np.int64], inside: NDArray[np.int64], shift: float) -> FloatArray:
-    """The basis V (n_a, r) with static answers to unit displacements of DOFs `at`, and what their inertia adds; DOFs
-    `inside` answer, all others are held."""
+# of every model without supports the last one with motions free: its basis before, and the motions
+_kept: weakref.WeakKeyDictionary[Model, tuple[Basis, tuple[HeldMotion, ...], ReducedModel]] = (
+    weakref.WeakKeyDictionary()
+)
+
+
+def _all_free(reduced: ReducedModel, motions: tuple[HeldMotion, ...]) -> ReducedModel:
+    """The model with all `motions` free, by its deck without supports; made once for a basis."""
+    free = reduced.model.unsupported
+    kept = _kept.get(free)
+    if kept is None or kept[0] is not reduced.V or kept[1] != motions:
+        kept = _kept[free] = (reduced.V, motions, _free(reduced, motions))
+    return kept[2]
+
+
+def _free(reduced: ReducedModel, motions: Sequence[HeldMotion]) -> ReducedModel:
+    """The model with `motions` free, by its deck without supports: its basis first, then what they add."""
+    free = reduced.model.unsupported
+    g = free.g_rows()
+    V_a = reduced.V[g]
+    new = [motion for motion in motions if not reduced.V[list(motion.rows)].any()]
+    if new:
+        inside = np.flatnonzero(np.isin(g, reduced.model.g_rows()))
+        V_a = _extended(V_a, free, _pattern(free, new), inside, static_shift(2 * np.pi * reduced.freq))
+    return project_model(free, V_a, np.asarray(free.transformation() @ V_a))
+
+
+def _held_again(loose: ReducedModel, motions: Sequence[HeldMotion], r: int) -> ReducedModel:
+    """The `loose` model, the first `r` vectors of whose basis move no support, in what of its basis leaves `motions` at
+    rest."""
+    if not motions:
+        return loose
+    from scipy.linalg import block_diag, eigh, null_space
+
+    moves = np.array([np.array(m.values) @ loose.V[list(m.rows)][:, r:] for m in motions])
+    N = block_diag(np.eye(r), null_space(moves / np.linalg.norm(moves, axis=1)[:, None]))
+    within = (replace(t, K=_within(t.K, N), M=_within(t.M, N)) for t in loose.terms)
+    K, M = N.T @ loose.K_fixed @ N, N.T @ loose.M_fixed @ N
+    held = replace(loose, V=loose.V @ N, V_a=loose.V_a @ N, K_fixed=K, M_fixed=M, terms=tuple(within))
+    return replace(held, freq=np.sqrt(np.maximum(eigh(*held.as_drawn(), eigvals_only=True), 0.0)) / (2 * np.pi))
+
+
+def _within(A: FloatArray | None, N: FloatArray) -> FloatArray | None:
+    return None if A is None else np.asarray(N.T @ A @ N)
+
+
+def _extended(V: FloatArray, free: Model, T: FloatArray, inside: NDArray[np.int64], shift: float) -> FloatArray:
+    """The basis V (n_a, r) with static answers to the displacements T (n_a, n) of held DOFs, and what their inertia
+    adds; DOFs `inside` answer, all others are held."""
     K, M = (A.tocsc() for A in free.matrices())
     inner = (K + shift * M)[inside][:, inside]
-    static = np.zeros((V.shape[0], len(at)))
-    static[at, np.arange(len(at))] = 1.0
-    static[inside] = static_responses(inner, -np.asarray((K + shift * M)[inside][:, at].toarray()))
+    static = T.copy()
+    static[inside] = static_responses(inner, -np.asarray(((K + shift * M) @ T)[inside]))
     inertial = np.zeros_like(static)
     inertial[inside] = static_responses(inner, np.asarray(M @ static)[inside])
     for column in np.hstack([static, inertial]).T:
@@ -108,14 +171,15 @@ def _joined(V: FloatArray, column: FloatArray, M: Any) -> FloatArray:
 
 
 def with_springs(place: Place, reduced: ReducedModel) -> ReducedModel:
-    """A model whose DOFs under `place.springs` are free, with a spring to ground under each and its ln stiffness over
-    the place's as one more unknown."""
+    """A model whose motions under `place.springs` are free, with a spring to ground under each and its ln stiffness
+    over the place's as one more unknown."""
     n = len(reduced.names)
     terms, names = [], []
-    for i, (row, k) in enumerate(place.springs):
-        v = reduced.V[row]
+    for i, (motion, k) in enumerate(place.springs):
+        t = np.array(motion.values)
+        v = t @ reduced.V[list(motion.rows)] / (t @ t)
         terms.append(Term(((n + i, 1.0),), k * np.outer(v, v)))
-        names.append(f"spring at {place.nodes[0]} {AXES[row % 6]}")
+        names.append(f"spring at {place.nodes[0]} {AXES[motion.component]}")
     return replace(
         reduced,
         terms=(*reduced.terms, *terms),

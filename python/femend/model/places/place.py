@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.model.places.held_motion import HeldMotion
 from femend.model.reduced.wider import Basis
 
 __all__ = ["AXES", "Place"]
@@ -36,7 +37,8 @@ class Place:
         unlikely: whether nothing of the model suggests that something is attached there.
         support: of a support of shells or solids, the stiffness S of what is around it at the deck's values; it gives
             way by a spring k where the model loses S²/(k + S) along the direction vector. 0 elsewhere.
-        springs: of a clamp that stands on springs of its own in several directions, (row of the g-set, stiffness in
+        motions: of a support of shells or solids, all motions in which it may give way.
+        springs: of a clamp or support that stands on springs of its own in several directions, (motion, stiffness in
             deck units around which it is sought) of each; the place then has no direction vectors.
         spring: stiffness in deck units around which a spring along its direction vectors is sought that is part of the
             model; 0 elsewhere.
@@ -59,7 +61,8 @@ class Place:
     independent: bool = False
     unlikely: bool = False
     support: float = 0.0
-    springs: tuple[tuple[int, float], ...] = ()
+    motions: tuple[HeldMotion, ...] = ()
+    springs: tuple[tuple[HeldMotion, float], ...] = ()
     spring: float = 0.0
     mass: float = 0.0
     bed: tuple[tuple[int, NDArray[np.int64], FloatArray], ...] = ()
@@ -112,7 +115,7 @@ class Place:
             return {"k": float(self.spring * np.exp(x[0]))}
         if self.mass:
             return {"m": float(self.mass * np.exp(x[0]))}
-        return {f"k{row % 6 + 1}": float(k * np.exp(v)) for (row, k), v in zip(self.springs, x, strict=True)}
+        return {f"k{of.component + 1}": float(k * np.exp(v)) for (of, k), v in zip(self.springs, x, strict=True)}
 
     def logarithms(self, values: Mapping[str, float]) -> FloatArray:
         """Unknowns (n_own,) at `values` as given by `values`."""
@@ -124,7 +127,7 @@ class Place:
             return np.log([values["k"] / self.spring])
         if self.mass:
             return np.log([values["m"] / self.mass])
-        return np.log([values[f"k{row % 6 + 1}"] / k for row, k in self.springs])
+        return np.log([values[f"k{of.component + 1}"] / k for of, k in self.springs])
 
     def slopes(self, x: FloatArray) -> FloatArray:
         """By what the logarithms of `values` change with the unknowns `x` (n_own,), (n_own,): 1 but for a bedding."""

@@ -4,7 +4,8 @@ A region of held nodes that share elements gives way along one rigid motion of t
 the sum of the elements around it, B = K_e t on the free DOFs and S = tᵀ K_e t, a spring k between the region and what
 holds it leaves K - B Bᵀ/(k + S): along w = B/S the model loses S²/(k + S). That keeps the modes of the model as it is,
 with all that is known of their frequencies and damping, where the support hardly gives way. The inertia of the region
-itself in that motion is left out.
+itself in that motion is left out. That is for looking: whether it is a spring, and how stiff, is told with the region
+set free in all of its motions and springs against them (`freed`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.model.model import Model
+from femend.model.places.held_motion import HeldMotion
 from femend.model.places.place import AXES, Place
 from femend.model.terms.supports import connected
 from femend.numerals import listed
@@ -37,8 +39,7 @@ def support_places(model: Model, held: NDArray[np.bool_], without: Sequence[int]
     around = _around(model, set(without))
     places: list[Place] = []
     for c in range(6):
-        needed = [c] if c < 3 else [0, 1, 2]
-        nodes = {n for n in around if all(held[6 * at[n] + k] for k in needed)}
+        nodes = {n for n in around if _holds(held, at[n], c)}
         regions = sorted(sorted(group) for group in connected(model, nodes))
         if len(regions) > MAX_REGIONS:
             continue
@@ -47,6 +48,11 @@ def support_places(model: Model, held: NDArray[np.bool_], without: Sequence[int]
             if place is not None:
                 places.append(place)
     return places
+
+
+def _holds(held: NDArray[np.bool_], at: int, c: int) -> bool:
+    """Whether the node at a position is held against translation along axis c, or against all for rotation."""
+    return all(held[6 * at + k] for k in ([c] if c < 3 else [0, 1, 2]))
 
 
 def _around(model: Model, without: set[int]) -> dict[int, list[int]]:
@@ -97,7 +103,23 @@ def _place(
     own = model.drawn(region)
     label = f"support at node{'s' if len(own) > 1 else ''} {listed(own, 4)}, {AXES[c]}"
     (parameter,) = scaled
-    return Place("support", own, AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S)
+    return Place(
+        "support", own, AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S,
+        motions=_motions(model, held, list(region.values())),
+    )  # fmt: skip
+
+
+def _motions(model: Model, held: NDArray[np.bool_], at: list[int]) -> tuple[HeldMotion, ...]:
+    """Every translation along which, and rotation about the middle in which, all nodes at the positions `at` are held,
+    and by nothing but SPC sets. Rotations of nodes that nothing resists, as those of solids, are no part of it."""
+    free = {int(row) for row in model.unsupported.g_rows()}
+    found = []
+    for c in range(6):
+        motion = _rigid(model, held, at, c) if all(_holds(held, i, c) for i in at) else {}
+        there = {row: value for row, value in motion.items() if row in free}
+        if there and all(row % 6 > 2 for row in motion if row not in free):
+            found.append(HeldMotion(c, tuple(there), tuple(there.values())))
+    return tuple(found)
 
 
 def _rigid(model: Model, held: NDArray[np.bool_], at: list[int], c: int) -> dict[int, float]:
