@@ -19,7 +19,7 @@ from femend.model import Place, ReducedModel
 from femend.model.mesh.form_errors import MODE_SD
 from femend.threads import go_on
 
-__all__ = ["TUNED_ABOVE", "Fit", "Hypothesis", "Problem"]
+__all__ = ["DAMPING_SD", "TUNED_ABOVE", "Fit", "Hypothesis", "Problem"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -124,7 +124,8 @@ class Problem:
     """The records with a band: makes systems and lines, and fits batches of hypotheses.
 
     Where the force that moved the structure was not recorded, `load` is where it acts: there a force is free on every
-    line, beside whatever is attached, and only how the sensors move relative to each other is compared. The `recorder`
+    line, beside whatever is attached, and only how the sensors move relative to each other is compared. `zeta` is the
+    median that damping ratios are expected around, `drawn_zeta` that of the deck. The `recorder`
     is the one of all problems made from this one.
     """
 
@@ -137,6 +138,7 @@ class Problem:
         limit: int | None = None,
         load: Place | None = None,
         recorder: Recorder | None = None,
+        drawn_zeta: float | None = None,
     ) -> None:
         self.records = list(records)
         self.band = band
@@ -145,6 +147,7 @@ class Problem:
         self.limit = limit
         self.load = load
         self.recorder = recorder or Recorder()
+        self.drawn_zeta = zeta if drawn_zeta is None else drawn_zeta
         self._systems: dict[tuple[int, float], tuple[ReducedModel, Any]] = {}
         self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
         self._made: dict[Hashable, Any] = {}
@@ -156,7 +159,8 @@ class Problem:
     def _but(self, **changes: Any) -> Problem:
         """The same problem but for `changes`, by the names of the constructor."""
         own = {"records": self.records, "band": self.band, "zeta": self.zeta, "n_tuned": self.n_tuned}
-        return Problem(**{**own, "limit": self.limit, "load": self.load, "recorder": self.recorder, **changes})
+        own |= {"limit": self.limit, "load": self.load, "recorder": self.recorder, "drawn_zeta": self.drawn_zeta}
+        return Problem(**{**own, **changes})
 
     def driven_at(self, load: Place | None) -> Problem:
         """The same problem with an unrecorded force at `load`; with None without one."""
@@ -209,6 +213,16 @@ class Problem:
         if len(p) == n + 2 * self.n_tuned + 1:
             return p
         return np.concatenate([p[:n], np.zeros(self.n_tuned), np.full(self.n_tuned + 1, p[-1])])
+
+    def around(self, zeta: float) -> Problem:
+        """The same problem with damping ratios expected around `zeta`."""
+        return self._but(zeta=zeta)
+
+    def as_drawn(self, reduced: ReducedModel) -> FloatArray:
+        """Unknowns (n_p,) of a reduced model as the deck has it."""
+        mean = self.prior(reduced)[0]
+        mean[len(reduced.names) + self.n_tuned :] = np.log(self.drawn_zeta)
+        return mean
 
     def on(self, records: Sequence[FitRecord]) -> Problem:
         """The same band and priors on other records."""

@@ -13,6 +13,7 @@ from scipy.stats import qmc
 
 from femend.diagnose.fitting.predict import predict_model
 from femend.diagnose.settings import AT_NOISE, CLEARLY
+from femend.diagnose.updating.damping_level import at_its_level
 from femend.diagnose.updating.loud_sensor import loud_sensor
 from femend.errors import ModelError, RecordingError
 from femend.estimate import (
@@ -74,7 +75,7 @@ class UpdatedModel:
     def nominal(self) -> tuple[Hypothesis, FloatArray]:
         """The deck as it is, and its unknowns."""
         at = self.null.hypothesis if self.drawn is None else self.drawn
-        return at, self.problem.prior(at.reduced)[0]
+        return at, self.problem.as_drawn(at.reduced)
 
     @cached_property
     def crossing(self) -> UpdatedModel | None:
@@ -150,6 +151,7 @@ def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedMo
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))), drawn_starts(problem, reduced))
     if null is None:
         raise no_solution(model)
+    problem, null = at_its_level(problem, null)
     g_rows = _rows(problem.records)
     return UpdatedModel(problem, reduced, null, g_rows, _drawn(reduced, problem.band[1], g_rows))
 
