@@ -25,11 +25,11 @@ def faint_shapes(compared: Sequence[Compared]) -> list[str]:
             own = best.get(i, float(np.nanmax(c.comparison.mac[i], initial=0.0)))
             if lost > LOSS and own < LOW:
                 share = plain(100 * np.sqrt(lost), 2)
+                mode = f"the shape of mode {i + 1} at {plain(c.test.freq[i])} Hz"
                 told.append(
-                    f"recording {c.measured.name!r}: the shape of mode {i + 1} at {plain(c.test.freq[i])} Hz is known "
-                    f"to {share} % of itself only, since the test hardly moves it: a MAC of {own:.2f} says little of the "
-                    "model, and the shape counts little in an update; to have it, excite the mode elsewhere (`femend "
-                    "pretest`)"
+                    f"recording {c.measured.name!r}: {mode} is known to {share} % of itself only, since the test "
+                    f"hardly moves it: a MAC of {own:.2f} says little of the model, and the shape counts little in an "
+                    "update; to have it, excite the mode elsewhere (`femend pretest`)"
                 )
     return told
 
