@@ -43,10 +43,26 @@ def test_a_hammer_test_gives_the_damping_that_is_there(times: tuple[float, ...])
     assert any("strike 3 times or more" in text for text in told) == (len(times) < 3)
 
 
-def test_blows_that_cannot_be_used_are_told() -> None:
-    data = hammer((0.2, 0.27, 6.0, 6.06), 12.0)
+def test_double_hits_are_taken_whole_and_told() -> None:
+    data = hammer((0.2, 0.28, 6.0, 6.08), 12.0)
+    assert blows(data) == pytest.approx((0.2, 6.0), abs=0.006)
     frf, told = suited_frf(data)
-    assert told
+    assert "a double hit, or the next; hit at 5.9" not in told[0]
+    assert "a double hit" in told[0]
+    assert told[0].endswith("each is taken with all of its force")
+    # between the frequencies at which two blows 0.08 s apart cancel each other
+    found = identify_modes(frf, (20.0, 42.0)).modes
+    assert found.zeta[0] == pytest.approx(ZETA, rel=0.05)
+    assert found.freq[0] == pytest.approx(FREQ, rel=1e-3)
+
+
+def test_blows_that_cannot_be_used_are_told() -> None:
+    data = hammer((0.2, 6.0), 12.0)
+    values = np.clip(data.values, -0.4 * np.abs(data.values).max(axis=1)[:, None], None)
+    values[1] = np.clip(data.values[1], *(0.2 * np.array([data.values[1].min(), data.values[1].max()])))
+    frf, told = suited_frf(TimeData("hit", data.dt, values, data.channels))
+    assert "overloaded" in told[0]
+    assert told[0].endswith("its FRFs are averaged over pieces, which tear blows apart")
     assert frf.freq.size > 10
 
 

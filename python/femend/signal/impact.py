@@ -154,12 +154,13 @@ def _reasons(
     if first < 0 or first + n > data.n_samples:
         reasons.append("its block reaches beyond the record")
     first, last = max(first, 0), min(first + n, data.n_samples)
-    pulse_end = _pulse_end(x, at)
+    pulse_begin, pulse_end = _pulse_begin(x, at), _pulse_end(x, at)
     noise = OVER_NOISE * 1.4826 * float(np.median(np.abs(x)))
-    rest = x[pulse_end:last]
-    again = rest > np.maximum(max(double * x[at], noise), _ringing(x, at, pulse_end, last))
+    rung = np.maximum(max(double * x[at], noise), _ringing(x, at, first, last))
+    again = x[first:last] > rung
+    again[max(pulse_begin - first, 0) : pulse_end - first] = False
     if again.any():
-        second = pulse_end + int(np.argmax(np.where(again, rest, 0.0)))
+        second = first + int(np.argmax(np.where(again, x[first:last], 0.0)))
         reasons.append(
             f"second peak of {x[second] / x[at]:.0%} at {data.t0 + second * data.dt:.4f} s: a double hit, or the next"
         )
@@ -173,16 +174,15 @@ def _reasons(
     return reasons
 
 
-def _ringing(x: FloatArray, at: int, pulse_end: int, last: int) -> FloatArray:
-    """How far the force swings below 0 around each sample from `pulse_end` to `last`: a hammer pushes, so that this is
-    the recorder's anti-alias filter, whose swings the other way are no blows."""
+def _ringing(x: FloatArray, at: int, begin: int, last: int) -> FloatArray:
+    """How far the force swings below 0 around each sample from `begin` to `last`: a hammer pushes, so that this is the
+    recorder's anti-alias filter, whose swings the other way are no blows."""
     from scipy.ndimage import minimum_filter1d
 
-    begin = _pulse_begin(x, at)
-    reach = max(LEAST_RINGING, RINGING * (pulse_end - begin))
-    first = max(pulse_end - reach, 0)
+    reach = max(LEAST_RINGING, RINGING * (_pulse_end(x, at) - _pulse_begin(x, at)))
+    first = max(begin - reach, 0)
     below = minimum_filter1d(x[first : last + reach], 2 * reach + 1, mode="nearest")
-    return np.asarray(np.maximum(-below[pulse_end - first : last - first], 0.0))
+    return np.asarray(np.maximum(-below[begin - first : last - first], 0.0))
 
 
 def _pulse_end(x: FloatArray, at: int) -> int:
