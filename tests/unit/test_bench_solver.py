@@ -164,6 +164,19 @@ def test_a_mode_that_it_does_not_give_is_left_out(tmp_path: Path) -> None:
     run = update_study(chain(tmp_path, "rows = rows[:1]"))
     assert run.result["modes"] == {"measured": 2, "counted": 1}
     assert run.result["recordings"][0]["modes"][0]["error_after"] == pytest.approx(0.0, abs=1e-3)
+    for result in (run.result, correlate_study(tmp_path / "study.toml").result):
+        (told,) = [w for w in result["warnings"] if "ask the solver for more modes" in w]
+        assert "ends with its mode 1 at 35.59 Hz, below 1 of the measured modes (mode 2 at " in told
+
+
+def test_parameters_of_a_deck_of_nodes_alone_have_no_part_and_that_is_told(tmp_path: Path) -> None:
+    """Left over from the study of a deck: "no element uses material 1 (there are none)" was no help."""
+    left_over = '[[parameter]]\nname = "E"\nproperty = "E"\nmaterial = 1\n[[recording]]'
+    run = update_study(chain(tmp_path, text=STUDY.replace("[[recording]]", left_over)))
+    assert run.factors == pytest.approx(TRUTH, rel=2e-3)
+    assert (
+        "E: a [[parameter]] of the deck has no part beside [solver], which has its own values" in run.result["warnings"]
+    )
 
 
 def test_points_at_which_it_fails_are_gone_round(tmp_path: Path) -> None:

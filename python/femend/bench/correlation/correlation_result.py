@@ -23,6 +23,7 @@ from femend.bench.doubting.doubted import (
 from femend.bench.doubting.doubted_faint import faint_shapes
 from femend.bench.doubting.doubted_frames import with_frames_settled
 from femend.bench.doubting.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
+from femend.bench.doubting.doubted_solver import beyond_the_solver
 from femend.bench.doubting.doubted_twice import doubted_twice, twins, without_twins
 from femend.bench.reading.compared import Compared
 from femend.bench.reading.measured import MeasuredModes
@@ -51,7 +52,12 @@ def correlation_result(
     first = "; ".join([*([TIME_FIRST] if times else []), *([FREQUENCIES_FIRST] if factors else [])])
     told = with_frames_settled(prepared, compared, prepared.warnings)
     of_sensors = [*at_one_dof(compared), *faults, *doubted_levels(compared)]
-    of_modes = [*far_pairs(compared), *doubted_twice(compared), *faint_shapes(compared)]
+    of_modes = [
+        *beyond_the_solver(prepared, compared),
+        *far_pairs(compared),
+        *doubted_twice(compared),
+        *faint_shapes(compared),
+    ]
     warnings = [*told, *times, *factors, *of_modes, *of_sensors]
     return {
         "format": FORMAT,

@@ -15,7 +15,7 @@ from femend.bench.reading.morphs import morphs_on
 from femend.data import ModeSet
 from femend.errors import FemendError
 from femend.io.deck import read_deck
-from femend.model import Model, model_of
+from femend.model import Model, Parameter, model_of
 from femend.model.sensor_point import SensorPoint
 from femend.model.terms.rotors import Rotors, deck_rotors
 from femend.study.file.study import AS_MODELLED, Study
@@ -51,6 +51,14 @@ class Models:
         return deck_rotors(self._deck)
 
     @cached_property
+    def _parameters(self) -> tuple[Parameter, ...]:
+        """Those of the study and its fields; none beside a solver, whose values change in their place, as is told (a
+        deck of nodes alone has nothing that they could be of)."""
+        if self.study.solver is not None:
+            return ()
+        return (*self.study.parameters, *field_parameters(self._deck, self._fields))
+
+    @cached_property
     def _alone(self) -> tuple[tuple[int, float], ...]:
         """Masses at the nodes of a deck that has nothing else and stands beside a solver: it is asked for places alone,
         and a model moves somewhere."""
@@ -69,7 +77,7 @@ class Models:
                 made = model_of(
                     self._deck,
                     units=self.study.units,
-                    parameters=(*self.study.parameters, *field_parameters(self._deck, self._fields)),
+                    parameters=self._parameters,
                     spc=how.spc,
                     added_mass=how.added_mass or self._alone,
                 )

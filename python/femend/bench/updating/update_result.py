@@ -19,6 +19,7 @@ from femend.bench.doubting.doubted import (
 from femend.bench.doubting.doubted_faint import faint_shapes
 from femend.bench.doubting.doubted_frames import with_frames_settled
 from femend.bench.doubting.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
+from femend.bench.doubting.doubted_solver import beyond_the_solver
 from femend.bench.reading.compared import Compared
 from femend.bench.reading.links import deck_priors, kept_as_drawn, links_result
 from femend.bench.updating.contradicting import contradicting
@@ -133,6 +134,7 @@ def _said(
     ]
     settled = with_frames_settled(prepared, before, prepared.warnings)
     told = [*settled, *times, *factors, *at_one_dof(before), *faults, *doubted_levels(before, of_all=True)]
+    told += beyond_the_solver(prepared, before)
     told += [*far_pairs([b for b in before if b.measured.role == "validate"]), *faint_shapes(before)]
     told += [text for c in counted for text in c.left_out]
     return {
