@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -119,6 +121,75 @@ def test_a_tacho_without_pulses_is_refused_by_name() -> None:
     one[500:510] = 5.0
     with pytest.raises(SignalError, match="has 1 pulses; at least 4"):
         tacho_speed(tacho(one))
+
+
+@pytest.mark.parametrize("what", ["speed", "noisy speed", "angle", "counter", "up and down"])
+def test_a_channel_that_holds_a_speed_or_an_angle_is_told(what: str) -> None:
+    turns = angle_of(T) / (2 * np.pi)
+    values = {
+        "speed": 60 * speed_of(T),
+        "noisy speed": 60 * speed_of(T) + np.random.default_rng(1).standard_normal(T.size),
+        "angle": turns,
+        "counter": np.floor(turns),
+        "up and down": np.minimum(T, 20 - T),
+    }[what]
+    with pytest.raises(SignalError, match="goes slowly from .* pulses are needed: name the channel that holds them"):
+        tacho_speed(tacho(values))
+
+
+@pytest.mark.parametrize("apart_by", [0.4, 0.3, 0.15])
+def test_two_pulses_at_uneven_places_of_a_turn(apart_by: float) -> None:
+    """They were refused as pauses, or as bounces, whatever number the study stated."""
+    angle = angle_of(T)
+    values = np.maximum(pulses(angle, width=0.06), pulses(angle - 2 * np.pi * apart_by, width=0.06))
+    speed = tacho_speed(tacho(values), pulses_per_revolution=2)
+    assert (speed.missed, speed.doubled) == (0, 0)
+    error = apart(speed, angle, T)
+    first = -360 * apart_by if apart(speed, angle, T).mean() < -10 else 0.0  # angle 0 is at the first pulse's tooth
+    assert np.abs((error - first + 180) % 360 - 180).std() < 0.1
+    assert abs((error.mean() - first + 180) % 360 - 180) < 0.2
+    told = (
+        r"repeat themselves every 2 pulses, as 0\.\d\d to 0\.\d\d of a turn: is pulses_per_revolution = 2 instead of 1"
+    )
+    with pytest.raises(SignalError, match=told):
+        tacho_speed(tacho(values))
+
+
+def test_a_wheel_with_a_missing_tooth_is_counted_either_way() -> None:
+    t = np.arange(8192 * 20) / 8192
+    angle = angle_of(t)
+    tooth = np.mod(np.floor(angle / (2 * np.pi) * 12 + 0.3), 12)
+    values = np.where(tooth == 0, 0.0, pulses(angle, ppr=12, width=0.4))
+    for stated, missed in ((12, True), (11, False)):
+        speed = tacho_speed(tacho(values, 1 / 8192), pulses_per_revolution=stated)
+        assert (speed.missed > 0) == missed
+        inner = t[(t > 1) & (t < 19)]
+        assert np.abs(speed.at(inner)[0] / speed_of(inner) - 1).max() < 1e-2
+
+
+def test_pulses_that_halve_or_double_at_once_are_noted_with_the_time() -> None:
+    """From 10 s on, or before it, every second pulse is lost: the speed fell to a half without a word."""
+    clean = find_edges(pulses(angle_of(T)), DT)
+    for lost, times in ((clean > 10.0, "2.0|1.9"), (clean < 10.0, "0.4|0.5")):
+        speed = speed_from_edges(np.delete(clean, np.flatnonzero(lost)[::2]))
+        (said,) = (note for note in speed.notes if "at once" in note)
+        assert re.match(rf"from (9\.[5-9]|10\.[0-5])\d* s on pulses are ({times})\d times as far apart", said)
+    assert not any("at once" in note for note in speed_from_edges(clean).notes)
+    steps = np.where(T < 10, 5.0, np.clip(5 + 50 * (T - 10), 5, 10))  # a drive that takes a tenth of a second
+    drive = speed_from_edges(find_edges(pulses(2 * np.pi * np.cumsum(steps) * DT), DT))
+    assert not any("at once" in note for note in drive.notes)
+
+
+@pytest.mark.parametrize("rest", ["before", "after"])
+def test_a_shaft_that_starts_or_stops_keeps_its_pulses(rest: str) -> None:
+    """The last interval of one that stops, longer by far, made bounces of two thirds of all pulses before it."""
+    rev = np.clip(18 - T if rest == "after" else T - 2, 0, None)
+    angle = 2 * np.pi * np.cumsum(rev) * DT
+    speed = tacho_speed(tacho(pulses(angle)))
+    assert speed.doubled == 0
+    assert speed.missed <= 2
+    fast = T[(rev > 2) & (speed.start < T) & (speed.stop > T)]
+    assert np.abs(speed.at(fast)[0] / np.interp(fast, T, rev) - 1).max() < 0.02
 
 
 def test_a_shaft_that_stops_is_refused_with_the_time() -> None:

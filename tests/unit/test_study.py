@@ -182,6 +182,12 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         ('configuration = "clamped"', 'configuration = "clampt"', "recording[0].configuration", "'clamped'?"),
         ('axis   = "X"', 'axis   = "U"', "recording[1].rotating.axis", "none of X, Y, Z"),
         ("nodes  = [511, 512]", "nodes  = []", "recording[1].rotating.nodes", "no bearing node"),
+        (
+            'axis   = "X"',
+            'axis   = "X"\npulses_per_revolution = 2.5',
+            "recording[1].rotating.pulses_per_revolution",
+            "2.5 is no whole number: a tacho on another shaft",
+        ),
         ("m = 0.2", "m = -0.2", "configuration[0].added_mass[0].m", "not a positive mass"),
         ('"+Z"', '"Q"', "recording[1].channel[0].direction", "none of X Y Z"),
         ('unit      = "g"', 'unit      = "mm"', "recording[1].channel[0].unit", "does not measure acceleration"),

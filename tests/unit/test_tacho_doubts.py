@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from femend.diagnose.staged.prepare import tacho_warnings
 from femend.errors import SignalError
 from femend.signal import tacho_speed
 from femend.signal.tacho_doubts import counted_otherwise, sampled_too_slowly
+from femend.study.file.channels_sound import with_warnings
 
 LOW, HIGH, SECONDS = 6.0, 30.0, 40.0
 
@@ -63,6 +65,65 @@ def test_the_warning_of_a_wrong_number_in_any_order() -> None:
     assert said.endswith("is pulses_per_revolution = 1 instead of 2?")
     assert tacho_warnings(recording(data, 2), speed.of_order(1.5), 1.5) == (said,)
     assert tacho_warnings(recording(data, 1), tacho_speed(data)) == ()
+
+
+def test_an_output_that_toggles_is_told() -> None:
+    """A flip-flop behind the sensor: half of the speed, which no whole number of pulses to a turn says."""
+    data = run(2048.0)
+    turns = np.cumsum(np.diff((data.values[0] > 2.5).astype(int), prepend=0) > 0)
+    halved = TimeData("runup", data.dt, np.vstack([5.0 * (turns % 2), data.values[1:]]), data.channels)
+    (said,) = with_warnings(recording(halved, 1)).warnings
+    assert "of their power at order 2 and next to nothing (" in said
+    assert "does the shaft turn 2 times for each pulse (every second pulse lost, an output that toggles" in said
+    assert with_warnings(recording(data, 1)).warnings == ()
+    assert with_warnings(recording(run(2048.0, second=1.0), 1)).warnings == ()
+
+
+@pytest.mark.parametrize("teeth", [12, 36])
+def test_pulses_of_a_toothed_wheel_are_told(teeth: int) -> None:
+    data = run(8192.0, pulses=teeth, width=0.4)
+    found = counted_otherwise(data, tacho_speed(data), 1)
+    assert found is not None
+    assert found.pulses == teeth
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.0, 0.7), (0.4, 1.0)])
+def test_a_tacho_that_covers_a_part_is_told(first: float, last: float) -> None:
+    """The speed beside was taken for the rest of the record, without a word."""
+    data = run(512.0)
+    values = data.values.copy()
+    values[0, (data.t < first * SECONDS) | (data.t > last * SECONDS)] = 0.0
+    (said,) = with_warnings(recording(TimeData("runup", data.dt, values, data.channels), 1)).warnings
+    bare = (0.0, first * SECONDS) if first else (last * SECONDS, SECONDS)
+    told = [float(v) for v in re.search(r"holds no pulses from (\S+) to (\S+) s of the record's 40 s", said).groups()]  # type: ignore[union-attr]
+    assert told == pytest.approx(bare, abs=0.3)
+    assert "cut the record to what the tacho covers" in said
+
+
+def test_pulses_lost_regularly_from_a_time_on_are_told() -> None:
+    data = run(1024.0)
+    turns = np.cumsum(np.diff((data.values[0] > 2.5).astype(int), prepend=0) > 0)
+    values = data.values.copy()
+    values[0, (data.t > 20) & (turns % 2 == 0)] = 0.0
+    said = with_warnings(recording(TimeData("runup", data.dt, values, data.channels), 1)).warnings
+    assert any(
+        re.search(r"has pulses (2|1\.9\d|2\.0\d) times as far apart from 20\.\d* s on as just before", w) for w in said
+    )
+
+
+def test_a_tacho_that_measures_motion_is_told() -> None:
+    data = run(512.0)
+    named = [data.channels[0], Channel(Dof(1, 2), "acceleration", "m/s^2", "bearing"), data.channels[2]]
+    data = TimeData("runup", data.dt, data.values, named)
+    sine = Recording("runup", data, excitation="rotating", rotating=Rotating("bearing", (7,), "X", 1))
+    (said,) = (w for w in with_warnings(sine).warnings if "named as the tacho" in w)
+    assert "measures acceleration [m/s^2]: its cycles are taken as pulses" in said
+
+
+def test_spikes_are_no_pulses_too_short_for_the_sampling() -> None:
+    data = run(1024.0)
+    spiked = data.values[0] + 40.0 * (np.random.default_rng(5).random(data.n_samples) < 1e-4)
+    assert sampled_too_slowly(spiked, data.dt, HIGH) == ""
 
 
 def test_lost_pulses_of_a_slow_sampling_say_why() -> None:

@@ -10,12 +10,19 @@ from scipy.ndimage import percentile_filter
 
 from femend.errors import SignalError
 
-__all__ = ["PulseTrain", "find_edges", "repair_pulses"]
+__all__ = ["PulseTrain", "find_edges", "find_jump", "repair_pulses"]
 
 FloatArray = NDArray[np.float64]
 
 # share of the local interval below which the next edge is a bounce, how far a count of lost pulses may be from whole
 BOUNCE, WHOLE = 0.45, 0.25
+# numbers of unevenly spaced pulses to a turn that are thought of; turns from which their intervals are told to repeat
+# themselves, and by how much each may be off what it is as a rule
+TEETH, FEWEST_TURNS, ALIKE = (2, 3, 4, 5, 6, 8), 6, 0.15
+# by how much of a mean interval they have to differ to be uneven
+UNEVEN = 0.1
+# intervals that are steady on either side of a jump, and by how much their ratio may be off a whole number
+STEADY, MULTIPLE = 4, 0.07
 # intervals over which the local interval is taken, and the quantile: bounces make many short ones, losses few long ones
 REACH, QUANTILE = 15, 75
 # shares of the tacho's range tried as level: pulses that are narrow against a sample do not reach its middle each time
@@ -99,18 +106,52 @@ def _uneven(edges: FloatArray) -> float:
     return float(((ratio < 0.7) | (ratio > 1.4)).mean())
 
 
-def repair_pulses(edges: FloatArray, *, most: float = 0.2) -> PulseTrain:
+def repair_pulses(edges: FloatArray, *, most: float = 0.2, pulses_per_revolution: int = 1) -> PulseTrain:
     """`edges` (n,) s without bounces, with the numbers that lost pulses would have had.
 
     An edge that follows the last one by less than 0.45 of the local interval is a bounce; an interval of m local ones
-    (within a quarter) has lost m - 1 pulses. Raises SignalError for fewer than four edges, and where more than the
-    share `most` of the pulses had to be repaired or an interval is no whole number of local ones.
+    (within a quarter) has lost m - 1 pulses. Intervals that repeat themselves every `pulses_per_revolution`, however
+    uneven, are those of its teeth, of which none is lost. Raises SignalError for fewer than four edges, and where more
+    than the share `most` of the pulses had to be repaired or an interval is no whole number of local ones.
     """
     edges = np.sort(np.asarray(edges, float))
     if edges.size < 4:
         raise SignalError(
             f"the tacho has {edges.size} pulses; at least 4 are needed to tell a speed. Check level, wiring and channel"
         )
+    if pulses_per_revolution > 1 and _spacing(edges, pulses_per_revolution) is not None:
+        return PulseTrain(edges, np.arange(edges.size), 0, 0, ())
+    try:
+        return _repaired(edges, most)
+    except SignalError as error:
+        for n in TEETH:
+            spacing = _spacing(edges, n)
+            if spacing is None or n == pulses_per_revolution:
+                continue
+            told = " to ".join(f"{share:.2f}" for share in spacing)
+            raise SignalError(
+                f"its intervals repeat themselves every {n} pulses, as {told} of a turn: is pulses_per_revolution = "
+                f"{n} instead of {pulses_per_revolution}? As they are, {error}",
+                time=error.time,
+            ) from None
+        raise
+
+
+def _spacing(edges: FloatArray, n: int) -> FloatArray | None:
+    """Shares (n,) of the intervals of a turn of `n` pulses; None where intervals do not repeat themselves so, as where
+    a pulse is lost or bounces."""
+    intervals = np.diff(edges)
+    if intervals.size < FEWEST_TURNS * n:
+        return None
+    turns = np.convolve(intervals, np.ones(n), "valid")  # from every pulse to the one a turn later
+    middle = np.clip(np.arange(intervals.size) - n // 2, 0, turns.size - 1)
+    shares = intervals / turns[middle]
+    typical = np.array([float(np.median(shares[k::n])) for k in range(n)])
+    alike = np.abs(shares / typical[np.arange(shares.size) % n] - 1) < ALIKE
+    return typical if alike.all() and np.ptp(typical) * n > UNEVEN else None
+
+
+def _repaired(edges: FloatArray, most: float) -> PulseTrain:
     kept, dropped = _without_bounces(edges)
     if kept.size < 4:
         raise SignalError(f"of {edges.size} tacho edges {kept.size} are left without bounces; at least 4 are needed")
@@ -131,7 +172,8 @@ def repair_pulses(edges: FloatArray, *, most: float = 0.2) -> PulseTrain:
 
 
 def _local(intervals: FloatArray) -> FloatArray:
-    return np.asarray(percentile_filter(intervals, QUANTILE, size=min(REACH, intervals.size), mode="nearest"))
+    # mirrored at the ends: of a shaft that stops the last interval by itself would make all before it bounces
+    return np.asarray(percentile_filter(intervals, QUANTILE, size=min(REACH, intervals.size), mode="reflect"))
 
 
 def _without_bounces(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -159,6 +201,15 @@ def _steps(kept: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         local = _median(single)
         steps = np.maximum(1, np.rint(intervals / local)).astype(np.int64)
     local = _median(intervals / steps)
+    # of a shaft that starts or stops the local interval says too little: no pulse is lost in an interval that is as
+    # long as one beside it
+    single = np.pad(intervals / steps, 1, constant_values=0.0)
+    beside = np.maximum(single[:-2], single[2:])
+    steps = np.where(intervals < 1.5 * beside, 1, steps)
+    for end in (slice(None), slice(None, None, -1)):  # from rest: a first interval 2.4 times as long as the second
+        first = intervals[end][:4]
+        if first.size == 4 and first[0] < 3 * first[1] and first[1] > 1.1 * first[2] > 1.1 * first[3]:
+            steps[end][0] = 1
     off = np.abs(intervals / local - steps)
     doubtful = np.flatnonzero((steps > 1) & (off > WHOLE + 0.01 * steps))
     if doubtful.size:
@@ -169,6 +220,21 @@ def _steps(kept: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
             time=float(kept[at]),
         )
     return steps, steps - 1
+
+
+def find_jump(train: PulseTrain) -> tuple[float, float] | None:
+    """The first time in s at which steady intervals of a `train` become a multiple of what they were, or a part, from
+    one to the next, and by how much they do; None where they do not. A shaft has an interval on the way."""
+    single = np.diff(train.t) / np.diff(train.number)
+    if single.size < 2 * STEADY:
+        return None
+    runs = np.lib.stride_tricks.sliding_window_view(single, STEADY)
+    steady = np.ptp(runs, axis=1) < ALIKE * np.median(runs, axis=1)
+    times = np.median(runs[STEADY:], axis=1) / np.median(runs[:-STEADY], axis=1)
+    whole = np.maximum(times, 1 / times)
+    whole = (whole > 1.5) & (np.abs(whole / np.rint(whole) - 1) < MULTIPLE)
+    jumps = np.flatnonzero(steady[:-STEADY] & steady[STEADY:] & whole)
+    return (float(train.t[jumps[0] + STEADY]), float(times[jumps[0]])) if jumps.size else None
 
 
 def _median(values: FloatArray) -> FloatArray:

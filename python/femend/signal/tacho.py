@@ -12,8 +12,8 @@ from femend.data import Speed, TimeData
 from femend.errors import SignalError
 from femend.numerals import plain
 from femend.signal.curve import smooth_curve
-from femend.signal.pulses import PulseTrain, find_edges, repair_pulses
-from femend.signal.tacho_doubts import sampled_too_slowly
+from femend.signal.pulses import PulseTrain, find_edges, find_jump, repair_pulses
+from femend.signal.tacho_doubts import sampled_too_slowly, varies_slowly
 from femend.signal.waveform import (
     align_waveform,
     flank_share,
@@ -43,6 +43,8 @@ SOFT = 0.025
 START = 10.0
 # edges by which a tacho that is refused may be sampled too slowly, and the percentile of their intervals that is short
 FEWEST_EDGES, SHORT = 20, 10
+# edges that make a speed
+FEWEST = 4
 
 
 def tacho_speed(
@@ -88,7 +90,7 @@ def tacho_speed(
             fit = fit.aligned(-x if falling else x, t, smoothing, soft=soft)
         return fit.speed(name)
     except SignalError as error:
-        slow = _slow(x, data.dt, edges, pulses_per_revolution)
+        slow = _slow(data.values[row], data.dt, edges, pulses_per_revolution)
         what = f"{slow}. What shows it first: {str(error).split(';')[0]}" if slow else str(error)
         message = f"recording {data.name!r}, channel {name}: {what}"
         raise SignalError(message, recording=data.name, channel=name, time=error.time) from None
@@ -105,7 +107,7 @@ def _slow(x: FloatArray, dt: float, edges: FloatArray, pulses_per_revolution: in
     """A clause on pulses of a tacho x (n,) that come too fast for its sampling, by the times of their `edges`; nothing
     where they do not."""
     if edges.size < FEWEST_EDGES:
-        return ""
+        return varies_slowly(x) if edges.size < FEWEST else ""
     fastest = 1.0 / float(np.percentile(np.diff(edges), SHORT))
     return sampled_too_slowly(x, dt, fastest, fastest / max(int(pulses_per_revolution), 1))
 
@@ -178,6 +180,9 @@ class _Fit:
         notes = tuple(f"{text} at {time:.4f} s" for time, text in events[:20])
         if len(events) > 20:
             notes += (f"and {len(events) - 20} more repairs",)
+        jump = find_jump(self.train)
+        if jump is not None:
+            notes += (f"from {jump[0]:.4f} s on pulses are {jump[1]:.2f} times as far apart as before, at once",)
         if self.waveform:
             told = "the angle fits the whole waveform, 0 where it rises through its middle"
             notes += (f"pulses {self.waveform}: {told}",)
@@ -185,10 +190,10 @@ class _Fit:
 
 
 def _fit_edges(edges: FloatArray, pulses_per_revolution: int, smoothing: float | None) -> _Fit:
-    train = repair_pulses(edges)
     ppr = int(pulses_per_revolution)
     if ppr < 1:
         raise SignalError(f"{pulses_per_revolution} pulses per revolution are none; it is a whole number from 1 on")
+    train = repair_pulses(edges, pulses_per_revolution=ppr)
     number = train.number.astype(float)
     if ppr > 1:
         number = number + _tooth_offsets(train, ppr)

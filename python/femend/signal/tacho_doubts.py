@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,7 +13,14 @@ from femend.data import Speed, TimeData
 from femend.data.recording import RESPONSES
 from femend.numerals import plain
 
-__all__ = ["PulseCount", "counted_otherwise", "sampled_too_slowly"]
+__all__ = [
+    "PulseCount",
+    "counted_otherwise",
+    "sampled_too_slowly",
+    "turns_per_pulse",
+    "varies_slowly",
+    "without_pulses",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -20,7 +28,17 @@ FloatArray = NDArray[np.float64]
 # which a pulse, or the gap behind it, may fall between two of them
 SAMPLES, LASTS = 4.0, 1.0
 # pulses to a turn that are tried, and how far the order that they give has to be from 1
-TRIED, APART = (1, 2, 3, 4, 6, 8), 1.4
+TRIED, APART = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 30, 36, 48, 60), 1.4
+# turns that may go by for each pulse
+LOST_TURNS = (2, 3, 4)
+# pieces into which a record is cut, ranges that their means go through of what varies slowly, and their share that is
+# on the way between its extremes
+PIECES, SWINGS, ON_THE_WAY = 400, 10.0, 0.3
+# samples above its middle that a tacho shows for each pulse, at least, where those are pulses
+HALF_SEEN = 0.5
+# share of a record at one end without pulses from which it is told, and intervals of the pulses there, which it has to
+# be longer than
+BARE, INTERVALS = 0.02, 4.0
 # turns over which an order is averaged, and the fewest of such stretches
 TURNS, STRETCHES = 8, 6
 # share of what channels show from which an order is theirs, and share of that up to which order 1 is nothing: of 40
@@ -31,12 +49,29 @@ MOST, NOTHING = 0.5, 0.001
 USABLE = 0.45
 
 
+def varies_slowly(x: FloatArray) -> str:
+    """A clause where a tacho x (n_samples,) has no pulses because it goes up and down slowly; nothing where it does
+    not."""
+    step = max(1, x.size // PIECES)
+    means = x[: x.size // step * step].reshape(-1, step).mean(axis=1)
+    span = float(np.ptp(means))
+    if not span > 0 or float(np.abs(np.diff(means)).sum()) > SWINGS * span:
+        return ""
+    level = (means - means.min()) / span
+    if float(((level > 0.1) & (level < 0.9)).mean()) < ON_THE_WAY:  # a pulse or a step
+        return ""
+    return (
+        f"it goes slowly from {plain(float(means[0]), 4)} to {plain(float(means[-1]), 4)}, as a speed, an angle or a "
+        "counter does, and pulses are needed: name the channel that holds them (in Python speed_from_profile takes a "
+        "speed)"
+    )
+
+
 def sampled_too_slowly(x: FloatArray, dt: float, pulses_per_s: float, rev_per_s: float | None = None) -> str:
     """A clause where the pulses of a tacho x (n_samples,), sampled every `dt` s, come too fast for its sampling at
     `pulses_per_s`; nothing where they do not. `rev_per_s` is the speed at which they do, where it is known."""
-    low, high = float(x.min()), float(x.max())
-    share = float((x > 0.5 * (low + high)).mean())
     samples = 1.0 / (pulses_per_s * dt)
+    share = _share_above(x, samples)
     lasts = min(share, 1 - share) * samples
     if samples >= SAMPLES and lasts >= LASTS:
         return ""
@@ -46,6 +81,17 @@ def sampled_too_slowly(x: FloatArray, dt: float, pulses_per_s: float, rev_per_s:
         f"{at}{plain(pulses_per_s, 3)} pulses/s come at {plain(1 / dt)} samples/s ({plain(samples, 2)} samples a "
         f"pulse{short}), so that some are not seen: sample the tacho faster, or use fewer or longer pulses"
     )
+
+
+def _share_above(x: FloatArray, samples: float) -> float:
+    """Share of the time above the middle of a tacho whose pulses come every `samples` samples: between its first and
+    last hundredth, or its extremes where pulses are narrower than that."""
+    low, high = (float(v) for v in np.percentile(x, [1, 99]))
+    if high - low < 0.5 * float(np.ptp(x)):
+        above = float((x > 0.5 * (float(np.median(x)) + float(x.max()))).mean())
+        if above > HALF_SEEN / samples:  # spikes are fewer than the pulses
+            return above
+    return float((x > 0.5 * (low + high)).mean())
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +112,22 @@ def counted_otherwise(data: TimeData, speed: Speed, pulses: int) -> PulseCount |
 
     Shares are means over the channels, each by its own power.
     """
+    tried = {pulses / n: n for n in TRIED}
+    found = _likeliest(data, speed, tuple(tried))
+    return None if found is None else PulseCount(tried[found[0]], *found)
+
+
+def turns_per_pulse(data: TimeData, speed: Speed) -> PulseCount | None:
+    """That the responses of `data` follow a shaft which turns several times for each pulse that `speed` was taken with
+    one to a turn: every second pulse is lost, or an output toggles with them. `pulses` are then those turns. None where
+    they do not, or where turns are too few to tell."""
+    found = _likeliest(data, speed, LOST_TURNS)
+    return None if found is None else PulseCount(round(found[0]), *found)
+
+
+def _likeliest(data: TimeData, speed: Speed, orders: Sequence[float]) -> tuple[float, float, float] | None:
+    """The one of the `orders` that the responses lie at, their share of power there, and that at order 1, which is next
+    to nothing; None where there is none, or where turns are too few to tell."""
     rows = [i for i, c in enumerate(data.channels) if c.quantity in RESPONSES]
     t = data.t
     inside = (t >= speed.start) & (t <= speed.stop)
@@ -75,17 +137,30 @@ def counted_otherwise(data: TimeData, speed: Speed, pulses: int) -> PulseCount |
     y = data.values[rows][:, inside]
     y = y - y.mean(axis=1, keepdims=True)
     first = _share(y, angle)
-    if first is None:
+    if first is None or first > NOTHING:
         return None
     found = []
-    for tried in TRIED:
-        order = pulses / tried
+    for order in orders:
         fast = order * float(rev.max()) > USABLE * data.rate
         if 1 / APART < order < APART or fast or (share := _share(y, order * angle)) is None:
             continue
-        found.append(PulseCount(tried, order, share, first))
-    best = max(found, key=lambda one: one.share, default=None)
-    return best if best is not None and best.share >= MOST and first <= NOTHING * best.share else None
+        found.append((order, share, first))
+    best = max(found, key=lambda one: one[1], default=None)
+    return best if best is not None and best[1] >= MOST and first <= NOTHING * best[1] else None
+
+
+def without_pulses(data: TimeData, edges: FloatArray) -> list[tuple[float, float]]:
+    """Stretches (start, stop) in s at the beginning and the end of `data` in which its tacho, with pulses at `edges`
+    (n,) s, shows none, though it does for several intervals as long as those next to it."""
+    start, stop = float(data.t[0]), float(data.t[-1])
+    gaps = np.diff(edges)
+    near = min(gaps.size, 8)
+    ends = [(start, float(edges[0]), gaps[:near]), (float(edges[-1]), stop, gaps[-near:])]
+    return [
+        (a, b)
+        for a, b, beside in ends
+        if b - a > BARE * (stop - start) and b - a > INTERVALS * float(np.max(beside, initial=0.0))
+    ]
 
 
 def _share(y: FloatArray, angle: FloatArray) -> float | None:

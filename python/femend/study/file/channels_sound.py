@@ -12,6 +12,7 @@ from femend.errors import RecordingError, SignalError
 from femend.numerals import plain
 from femend.signal import check_signals
 from femend.signal.mains import mains_hum
+from femend.study.file.tacho_sound import tacho_told
 
 __all__ = ["with_warnings"]
 
@@ -45,7 +46,7 @@ def with_warnings(recording: Recording) -> Recording:
                 time=fault.start,
             )
         told.append(fault.text)
-    told += [*_offsets(recording), *_preloads(recording), *_hum(recording)]
+    told += [*_offsets(recording), *_preloads(recording), *_hum(recording), *tacho_told(recording)]
     return replace(recording, warnings=(*recording.warnings, *told))
 
 

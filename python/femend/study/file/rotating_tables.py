@@ -19,6 +19,12 @@ def rotating_of(check: Check, table: RotatingTable, key: str) -> Rotating:
     check.one_of(f"{key}.axis", table.axis, ("X", "Y", "Z"))
     if not table.pulses_per_revolution > 0:
         raise check.fail(f"{key}.pulses_per_revolution", "must be positive")
+    if table.pulses_per_revolution != round(table.pulses_per_revolution):
+        raise check.fail(
+            f"{key}.pulses_per_revolution",
+            f"{table.pulses_per_revolution:g} is no whole number: a tacho on another shaft, or of less than a pulse a "
+            "turn, does not tell where this one stands; record a tacho on this shaft",
+        )
     if not table.nodes:
         raise check.fail(f"{key}.nodes", "names no bearing node; unbalance must act somewhere")
     if table.sense not in (None, 1, -1):
