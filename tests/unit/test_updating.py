@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from femend.errors import UpdatingError
+from femend import Dof
+from femend.errors import ArgumentError, UpdatingError
 from femend.estimate.updating import (
     Configuration,
     Frequencies,
@@ -241,3 +242,10 @@ def test_bad_problems_are_refused() -> None:
         affine_matrices({"k": np.array([[1.0, 1.0], [0.0, 1.0]])}, np.eye(2))
     with pytest.raises(UpdatingError, match="rows 0 to 5"):
         modal_system(chain(), [6], 3)
+    with pytest.raises(UpdatingError, match="a sensor is at row -1, the model has rows 0 to 5"):
+        modal_system(chain(), [2, -1], 3)
+    for sensor in (Dof(3, 1), "3:+X", 1.7, True):
+        with pytest.raises(
+            ArgumentError, match=r"row numbers of its matrices, from 0 \(`deck_system` takes DOFs\); an? "
+        ):
+            modal_system(chain(), [0, sensor], 3)

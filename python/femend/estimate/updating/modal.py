@@ -243,10 +243,11 @@ def modal_system(
     damping: bool = False,
 ) -> ModalSystem | DenseSystem:
     """A model of `matrices` (affine sums, a deck) that gives its lowest `n_modes` at `sensors`: a matrix (n_sensors, n)
-    or row numbers. Small affine models with a positive definite mass are solved in full matrices.
+    or row numbers, from 0 (`deck_system` takes DOFs). Small affine models with a positive definite mass are solved in
+    full matrices.
 
     `shapes`, `frfs`, `statics` and `damping` as of `ModalSystem`. Raises UpdatingError for rows that the model does not
-    have.
+    have, and ArgumentError for sensors that are no row numbers.
 
     >>> from femend.estimate.updating.matrices import affine_matrices
     >>> chain = modal_system(affine_matrices({"k": [[1.0]]}, [[1.0]]), [0], 1)
@@ -257,9 +258,10 @@ def modal_system(
 
     n = len(matrices.indptr) - 1
     if not issparse(sensors) and np.ndim(sensors) == 1:
-        rows = np.asarray(sensors, dtype=np.int64)
-        if rows.size and not (rows.min() >= 0 and rows.max() < n):
-            raise UpdatingError(f"a sensor is at row {int(rows.max())}, the model has rows 0 to {n - 1}")
+        rows = _row_numbers(sensors)
+        outside = rows[(rows < 0) | (rows >= n)]
+        if outside.size:
+            raise UpdatingError(f"a sensor is at row {int(outside[0])}, the model has rows 0 to {n - 1}")
         sensors = csr_array((np.ones(rows.size), (np.arange(rows.size), rows)), shape=(rows.size, n))
     B = csr_array(sensors)
     if B.shape[1] != n:
@@ -275,6 +277,15 @@ def modal_system(
     return DenseSystem(
         matrices.names, K - dK.sum(0), M - dM.sum(0), dK, dM, B.toarray(), min(n_modes, n), frfs, statics
     )
+
+
+def _row_numbers(sensors: Sequence[Any]) -> NDArray[np.int64]:
+    for one in sensors:
+        if isinstance(one, bool | np.bool_) or not isinstance(one, int | np.integer):
+            raise ArgumentError.given(
+                "`modal_system` takes sensors as row numbers of its matrices, from 0 (`deck_system` takes DOFs)", one
+            )
+    return np.asarray(sensors, dtype=np.int64)
 
 
 def deck_system(
