@@ -159,7 +159,7 @@ def _kept(prepared: Prepared, found: UpdateResult, deck: UpdatedDeck) -> list[st
     field_of = made_for_fields(prepared.study, prepared.model)
     of_fields = any(n in field_of for n in deck.left_out)
     more = ", or give groups of elements properties of their own and name these ([[updating.field]] property_ids)"
-    return [*other, kept_told(grouped(deck.left_out, field_of)) + more * of_fields]
+    return [*other, kept_told(grouped(deck.left_out, field_of), deck.kept) + more * of_fields]
 
 
 def _fit(found: UpdateResult) -> dict[str, Any]:

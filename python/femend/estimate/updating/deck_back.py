@@ -6,7 +6,7 @@ from __future__ import annotations
 import difflib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from femend.errors import UpdatingError
 from femend.io.atomic import write_atomic
 from femend.io.deck import patch_deck
 from femend.model import Model
-from femend.model.patched.deck_changes import deck_changes, kept_told, unwritten
+from femend.model.patched.deck_changes import deck_changes, kept_told, kept_values
 from femend.model.patched.grid_changes import grid_changes
 from femend.model.patched.read_back import deck_faults
 
@@ -25,22 +25,26 @@ __all__ = ["UpdatedDeck", "updated_deck"]
 @dataclass(frozen=True, eq=False)
 class UpdatedDeck:
     """New contents of the `files` that change, the unified `diff`, and parameters `left_out` since no field of the deck
-    holds their value (element by element, or values that follow from others). `faults` are sentences on where the new
-    deck, read again, is not the updated model: such a deck must not be used."""
+    holds their value (element by element, or values that follow from others), with these values in words (`kept`, by
+    name). `faults` are sentences on where the new deck, read again, is not the updated model: such a deck must not be
+    used. `folder` is that of the deck."""
 
     files: Mapping[Path, bytes]
     diff: str
     left_out: tuple[str, ...]
     faults: tuple[str, ...] = ()
+    kept: Mapping[str, str] = field(default_factory=dict)
+    folder: Path | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on what the new deck does not hold: those left out, and the faults."""
-        return (*([kept_told(self.left_out)] if self.left_out else []), *self.faults)
+        return (*([kept_told(self.left_out, self.kept)] if self.left_out else []), *self.faults)
 
     def write(self, folder: str | Path, root: str | Path | None = None) -> list[Path]:
-        """Writes the changed files under `folder` by their paths relative to `root` (the deck's folder by default: that
-        of the topmost changed file), each complete or not at all; gives what was written. The originals stay.
+        """Writes the changed files, and no others, under `folder` by their paths relative to `root` (by default the
+        deck's folder, or one above it where a changed file is not in it): put over a copy of the deck's files they are
+        the new deck. Each is complete or not at all; gives what was written. The originals stay.
 
         Raises UpdatingError for a deck with `faults`, of which nothing is written.
         """
@@ -48,7 +52,8 @@ class UpdatedDeck:
             raise UpdatingError("; ".join(self.faults))
         if not self.files:
             return []
-        top = Path(root) if root is not None else Path(os.path.commonpath([p.parent for p in self.files]))
+        held = [*([self.folder] if self.folder is not None else []), *(p.parent for p in self.files)]
+        top = Path(root) if root is not None else Path(os.path.commonpath(held))
         written = []
         for path, content in self.files.items():
             target = Path(folder) / path.relative_to(top)
@@ -88,5 +93,6 @@ def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
         old = path.read_bytes().decode("utf-8", errors="replace").splitlines(keepends=True)
         lines = new.decode("utf-8", errors="replace").splitlines(keepends=True)
         diff += difflib.unified_diff(old, lines, f"{path.name}", f"{path.name} (updated)", n=1)
-    changed = [n for n in unwritten(model) if factors.get(n, 1.0) != 1.0]
-    return UpdatedDeck(files, "".join(diff), tuple(changed), deck_faults(model, files, factors))
+    kept = kept_values(model, factors)
+    faults = deck_faults(model, files, factors)
+    return UpdatedDeck(files, "".join(diff), tuple(kept), faults, kept, Path(model.deck.path).parent)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from femend.io.deck import FieldChange, patch_deck
 from femend.model import Model
-from femend.model.patched.deck_changes import deck_changes, kept_told, unwritten
+from femend.model.patched.deck_changes import deck_changes, kept_told, kept_values
 from femend.model.patched.read_back import deck_faults, unreadable
 
 __all__ = ["deck_told"]
@@ -18,6 +18,6 @@ def deck_told(model: Model, factors: Mapping[str, float], complete: Mapping[Path
     not the updated model. With the terms found it is another one on purpose: of the `complete` changed files it is
     told where they cannot be read."""
     changes: Sequence[FieldChange] = deck_changes(model, {name: {"factor": f} for name, f in factors.items()})
-    kept = [name for name in unwritten(model) if factors[name] != 1.0]
-    told = [kept_told(kept)] if kept else []
+    kept = kept_values(model, factors)
+    told = [kept_told(list(kept), kept)] if kept else []
     return [*told, *deck_faults(model, patch_deck(model.deck, changes), factors), *unreadable(model, complete)]
