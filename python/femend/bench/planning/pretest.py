@@ -37,6 +37,7 @@ from femend.pretest import (
     qr_placement,
 )
 from femend.progress import Progress, SilentProgress
+from femend.study.doubts.added_masses import added_mass_doubts, planned_mass_doubts
 from femend.study.doubts.sound import deck_warnings
 from femend.study.file.load import load_study
 from femend.study.file.study import AS_MODELLED, Study
@@ -77,7 +78,8 @@ def pretest(study: str | Path, out: str | Path | None = None, progress: Progress
             model = still
             plan, told = _plan(content, model, targets)
             told = (*told, f"the plan leaves {left} of [[updating.morph]] where the deck has them: {error}")
-    told = (*deck_warnings(content, model.deck), *told, *_of_update_alone(content))
+    masses = (*added_mass_doubts(content, model), *planned_mass_doubts(content, model))
+    told = (*deck_warnings(content, model.deck), *masses, *told, *_of_update_alone(content))
     virtual, note = None, "not asked for"
     if content.pretest.virtual_test:
         with steps.step("rehearse the test"):
