@@ -5,23 +5,16 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from femend import Channel, Dof, TimeData, functions_of, write_uff
 from femend.model import Model, read_model
 from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_plate import CORNERS, plate, supports
-from small_study import NOISE, RATE, SECONDS, STUDY, ZETA, dense_modes, force
+from small_plate import CORNERS, plate, supports, write_study
 
-Array = NDArray[np.float64]
-SHAKER, SENSORS = 46, (17, 31, 46, 59, 64, 74, 87, 92)
 SOFT, K, E_FACTOR = 13, 2e4, 0.85
-LEVELS = {"low": ("fit", 2.0), "high": ("fit", 5.0), "held": ("validate", 4.0)}
 
 
 def truth(folder: Path) -> Model:
@@ -32,35 +25,10 @@ def truth(folder: Path) -> Model:
     return read_model(path)
 
 
-def respond(model: Model, u: Array) -> Array:
-    """Accelerations (n_out, n) in Z at the sensors under a force (n,) at the shaker, from rest."""
-    omega, phi = dense_modes(model)
-    keep = omega < 2 * np.pi * 5 * RATE
-    omega, phi = omega[keep], phi[:, keep]
-    rows = [6 * model.index(node) + 2 for node in SENSORS]
-    n = 4 * len(u)
-    s = 2j * np.pi * np.fft.rfftfreq(n, 1 / RATE)
-    modal = s**2 / (s**2 + 2 * ZETA * omega[:, None] * s + omega[:, None] ** 2)
-    H = phi[rows] @ (phi[6 * model.index(SHAKER) + 2][:, None] * modal)
-    return np.asarray(np.fft.irfft(H * np.fft.rfft(u, n), n)[:, : len(u)])
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
     folder = tmp_path_factory.mktemp("plate")
-    real = truth(folder)
-    plate(folder, CORNERS)
-    study = STUDY.replace("model.bdf", "plate.bdf") + '[[parameter]]\nname = "E"\nproperty = "E"\nmaterial = 1\n'
-    dofs = [Dof(node, 3) for node in SENSORS]
-    channels = (Channel(Dof(SHAKER, 3), "force", "N"), *(Channel(dof, "acceleration", "m/s^2") for dof in dofs))
-    for i, (name, (role, level)) in enumerate(LEVELS.items()):
-        u = force(level, 10 + i, int(RATE * SECONDS))
-        y = respond(real, u)
-        y = y + np.random.default_rng(50 + i).standard_normal(y.shape) * NOISE * y.std(axis=1, keepdims=True)
-        write_uff(folder / f"{name}.uff", functions_of(TimeData(name, 1 / RATE, np.vstack([u, y]), channels)))
-        study += f'[[recording]]\nname = "{name}"\nfile = "{name}.uff"\nrole = "{role}"\n'
-    (folder / "study.toml").write_text(study)
-    done = diagnose(folder / "study.toml")
+    done = diagnose(write_study(folder, truth(folder)))
     assert isinstance(done, StudyRun)
     return done
 

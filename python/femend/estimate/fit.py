@@ -218,6 +218,10 @@ class Problem:
         """The same problem with damping ratios expected around `zeta`."""
         return self._but(zeta=zeta)
 
+    def with_modes(self, n_tuned: int) -> Problem:
+        """The same problem with so many modes that have a frequency factor and a damping ratio of their own."""
+        return self._but(n_tuned=n_tuned)
+
     def as_drawn(self, reduced: ReducedModel) -> FloatArray:
         """Unknowns (n_p,) of a reduced model as the deck has it."""
         mean = self.prior(reduced)[0]

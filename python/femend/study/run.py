@@ -56,8 +56,8 @@ OF_ALL = ("level", "frequencies", "time axis", "unrelated", "parameter")
 ONLY_MODES = "only the modes that they show were compared, which passes over most of what may be missing"
 TOO_FEW = f"no force was recorded, and not {LEAST_SENSORS} responses in time: {ONLY_MODES}; record more responses"
 NO_ONE_FORCE = (
-    f"no force was recorded, and no one force along an axis of a node explains the responses: {ONLY_MODES}; check the "
-    'sensors, or say excitation = "ambient" where many forces act'
+    "no force was recorded, and no one force along an axis of a node explains the responses, nor does a motion of the "
+    f'base: {ONLY_MODES}; check the sensors, or say excitation = "ambient" where many forces act'
 )
 
 

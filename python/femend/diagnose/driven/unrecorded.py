@@ -1,20 +1,22 @@
 """Diagnosis from responses alone: one force drove the structure, and neither it nor its place was recorded.
 
 Of such a test only the ratios between sensors tell anything. A force that is free on every line is projected out, as
-the force of what is missing is while it is located: first every DOF is tried as the place of the drive, then every
-place for something missing beside it. Of several drives the one beside which least is left is taken, since what is
-missing pulls the drive towards itself. Laws that have to be simulated need the force: it is read off at the drive, and
-a law found so has to hold with the force free again.
+the force of what is missing is while it is located: first every DOF and a motion of the base along every axis are tried
+as the drive, then every place for something missing beside it. Of several drives the one beside which least is left is
+taken, since what is missing pulls the drive towards itself. Laws that have to be simulated need the force: it is read
+off at the drive, and a law found so has to hold with the force free again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.driven.moving_base import as_moving_base, on_moving_base
 from femend.diagnose.evidence import fall
 from femend.diagnose.fitting.candidates import Candidate
 from femend.diagnose.fitting.known_force import Known, last_force
@@ -83,7 +85,8 @@ def locate_drive(
     """The place of the force that drove the structure, the model updated with it, and what is missing beside it.
 
     `records` hold no forces; `zeta` is the starting damping ratio. The force acts along one axis of a node, as far as
-    the deck's own axes go. Raises RecordingError with fewer than three responses, and where no place can be fitted.
+    the deck's own axes go, or is a motion of the base along one. Raises RecordingError with fewer than three responses,
+    and where no place can be fitted.
     """
     settings, tell = settings or Settings(), progress or SilentProgress()
     fewest = min(records, key=lambda r: r.y.shape[0])
@@ -96,11 +99,11 @@ def locate_drive(
     tell.start("reduce the model")
     bare, reduced, problem = modelled(model, records, zeta)
     places = sensed_places(problem, reduced, find_places(bare))
-    drives = [place for place in places if place.kind == "ground" and place.n_w == 1]
+    drives = [place for place in places if place.kind in ("ground", "base") and place.n_w == 1]
     tell.start("locate the drive", len(drives))
     (resting,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], iterations=0)
     assert resting is not None, "a model at rest has a misfit"
-    found = locate(problem, reduced, drives, resting)
+    found = _forces_first(locate(problem, reduced, drives, resting), settings)
     if not found:
         raise RecordingError(
             f"no force along an axis of a node explains how the sensors of {records[0].name!r} move relative to each "
@@ -123,6 +126,17 @@ def locate_drive(
     quieter = quieter_records(best.start.problem, best.located, UNSURE)
     best = best if quieter is None else _quieter(best, quieter)
     return replace(best, alike=tuple(one.place for one in near if one.place is not place))
+
+
+def _forces_first(found: list[Located], settings: Settings) -> list[Located]:
+    """Places of the drive in rising order of cost, but a motion of the base behind the best force at a node unless it
+    alone explains the recordings, or costs clearly less."""
+    forces = [one for one in found if one.place.kind != "base"]
+    if not forces or found[0].place.kind != "base" or found[0].fit.score <= settings.consistent:
+        return found
+    least = forces[0].cost - settings.margin * max(found[0].fit.score, 1.0)
+    first = [one for one in found if one.place.kind == "base" and one.cost < least]
+    return [*first, *forces, *(one for one in found if one.place.kind == "base" and one.cost >= least)]
 
 
 def _likeliest(
@@ -189,13 +203,18 @@ def _unlike(
 def _beside(model: Model, problem: Problem, drive: Place, p: FloatArray, places: Sequence[Place]) -> Driven | None:
     """The model updated from unknowns `p` with a force at the place `drive`, and the places of what is missing beside
     it."""
+    moving = as_moving_base(model, drive) if drive.kind == "base" else None
+    if moving is not None:
+        under = problem.driven_at(moving).with_modes(problem.n_tuned + 1)
+        start = updated_by(model, under, (), p, partial(on_moving_base, moving))
+        return None if start is None else _placed(moving, start, places)
     start = updated_by(model, problem.driven_at(drive), _row(drive), p)
     return None if start is None else _placed(drive, start, places)
 
 
 def _row(drive: Place) -> list[int]:
-    """Rows of the g-set where the force acts."""
-    return [int(drive.g_rows[0][0])]
+    """Rows of the g-set where the force acts; none of a motion of the base, which acts at many."""
+    return [] if drive.kind == "base" else [int(drive.g_rows[0][0])]
 
 
 def _placed(drive: Place, start: UpdatedModel, places: Sequence[Place]) -> Driven:
@@ -221,12 +240,14 @@ def _least(one: Driven, settings: Settings) -> float:
 
 def with_force_read_off(driven: Driven, beside: Located) -> UpdatedModel | None:
     """The model updated under the force that is read off at the drive, as if it had been recorded; None where the model
-    cannot be solved so.
+    cannot be solved so, and for a motion of the base, which is no force at a DOF.
 
     It is read off beside a free force at the place `beside`, so that it holds nothing of what is missing there. What a
     law does that depends on the level has to be simulated, and for that the force has to be known.
     """
     start, drive = driven.start, driven.place
+    if drive.kind == "base":
+        return None
     problem = start.problem.driven_at(None)
     hypothesis = hypothesis_of(beside.place, start.reduced, (drive,))
     (fit,) = problem.fit([hypothesis], [(beside.fit.p, np.zeros(0))])

@@ -12,6 +12,7 @@ from femend.diagnose.locating.region_stiffness import region_stiffness
 from femend.estimate import Hypothesis
 from femend.model import Place, ReducedModel
 from femend.model.places.freed import freed, with_springs
+from femend.model.reduced.reduction import ritz_frequencies
 
 __all__ = [
     "dressed",
@@ -90,14 +91,22 @@ def member_stiffness(place: Place, reduced: ReducedModel) -> FloatArray:
 
 
 def with_attached(place: Place, k: float, m: float, reduced: ReducedModel) -> ReducedModel:
-    """The model with a spring `k` and a mass `m` (deck units) on every coordinate of a place."""
+    """The model with a spring `k` and a mass `m` (deck units) on every coordinate of a place; a motion that the deck
+    holds is set free for them, and the model's frequencies are those with them.
+
+    Raises ModelError for one that no SPC set holds.
+    """
+    loose = bool(place.motions) and not place.springs
+    if loose:
+        reduced = dressed(freed(reduced, place.motions), reduced)
     B = place.w(reduced.V, reduced.V_a)
-    return replace(
+    carried = replace(
         reduced,
         K_fixed=reduced.K_fixed + k * (B.T @ B),
         M_fixed=reduced.M_fixed + m * (B.T @ B),
         attached=(*reduced.attached, (place, k, m)),
     )
+    return replace(carried, freq=ritz_frequencies(carried)) if loose else carried
 
 
 def with_own_unknowns(p: FloatArray, reduced: ReducedModel, own: FloatArray) -> FloatArray:

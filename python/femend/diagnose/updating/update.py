@@ -265,12 +265,19 @@ def sensors_in_doubt(problem: Problem, fit: Fit, beside: ForcesBeside | None = N
     return problem.on(with_across(problem.records, reduced, problem.band, modal, beside))
 
 
-def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArray) -> UpdatedModel | None:
-    """The `model` of `modelled` updated from unknowns `p`, and from the deck's, in a basis that also holds what forces
-    at `rows` of the g-set do at rest; None where it cannot be solved."""
+def updated_by(
+    model: Model,
+    problem: Problem,
+    rows: Sequence[int],
+    p: FloatArray,
+    dress: Callable[[ReducedModel], ReducedModel] = lambda reduced: reduced,
+) -> UpdatedModel | None:
+    """The `model` of `modelled`, with what `dress` puts on it, updated from unknowns `p`, and from the deck's, in a
+    basis that also holds what forces at `rows` of the g-set do at rest; None where it cannot be solved."""
     g_rows = sorted({*_rows(problem.records), *rows})
     reduced = reduce_model(model, problem.band[1], g_rows)
-    reduced = form_errors(reduced, problem.band[1]).on(reduced)
+    drawn = _drawn(reduced, problem.band[1], g_rows)
+    reduced = dress(form_errors(reduced, problem.band[1]).on(reduced))
     alone = Hypothesis(reduced, np.zeros((0, reduced.r)))
     # what members differ in may be told by one unknown more or less in the larger basis
     fits = len(p) == len(problem.prior(reduced)[0])
@@ -279,7 +286,10 @@ def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArra
     if not found:
         return None
     null = min(found, key=lambda fit: fit.cost)
-    return UpdatedModel(problem, reduced, null, g_rows, _drawn(reduced, problem.band[1], g_rows))
+    if drawn is not None:
+        own = dress(drawn.reduced)
+        drawn = Hypothesis(own, np.zeros((0, own.r)))
+    return UpdatedModel(problem, reduced, null, g_rows, drawn)
 
 
 def drawn_starts(problem: Problem, reduced: ReducedModel) -> list[tuple[FloatArray, FloatArray]]:

@@ -20,7 +20,7 @@ from femend.errors import ModelError
 from femend.model.model import Model
 from femend.model.places.held_motion import HeldMotion
 from femend.model.places.place import AXES, Place
-from femend.model.reduced.reduction import ReducedModel, Term, project_model
+from femend.model.reduced.reduction import ReducedModel, Term, project_model, ritz_frequencies
 from femend.model.reduced.static_basis import static_responses, static_shift
 from femend.model.reduced.wider import Basis
 
@@ -132,14 +132,14 @@ def _held_again(loose: ReducedModel, motions: Sequence[HeldMotion], r: int) -> R
     rest."""
     if not motions:
         return loose
-    from scipy.linalg import block_diag, eigh, null_space
+    from scipy.linalg import block_diag, null_space
 
     moves = np.array([np.array(m.values) @ loose.V[list(m.rows)][:, r:] for m in motions])
     N = block_diag(np.eye(r), null_space(moves / np.linalg.norm(moves, axis=1)[:, None]))
     within = (replace(t, K=_within(t.K, N), M=_within(t.M, N)) for t in loose.terms)
     K, M = N.T @ loose.K_fixed @ N, N.T @ loose.M_fixed @ N
     held = replace(loose, V=loose.V @ N, V_a=loose.V_a @ N, K_fixed=K, M_fixed=M, terms=tuple(within))
-    return replace(held, freq=np.sqrt(np.maximum(eigh(*held.as_drawn(), eigvals_only=True), 0.0)) / (2 * np.pi))
+    return replace(held, freq=ritz_frequencies(held))
 
 
 def _within(A: FloatArray | None, N: FloatArray) -> FloatArray | None:

@@ -269,10 +269,10 @@ def extend_model(reduced: ReducedModel, loads: FloatArray) -> ReducedModel:
         M_fixed=bordered(reduced.M_fixed, fixed[1]),
         terms=tuple(terms),
     )
-    return replace(out, freq=_frequencies(out))
+    return replace(out, freq=ritz_frequencies(out))
 
 
-def _frequencies(reduced: ReducedModel) -> FloatArray:
+def ritz_frequencies(reduced: ReducedModel) -> FloatArray:
     """Ritz frequencies (r,) at the deck's values, Hz."""
     from scipy.linalg import eigh
 

@@ -16,7 +16,7 @@ from femend.diagnose.fitting.candidates import standard_deviations
 from femend.estimate import FitRecord, noise_floor
 from femend.estimate.noise import noise_of
 from femend.model import MeshError
-from femend.model.places.place import AXES
+from femend.model.places.place import AXES, Place
 from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
 from femend.report.noise import BEYOND_NOISE, times_noise
@@ -169,14 +169,27 @@ def _drive(diagnosis: Diagnosis) -> list[str]:
     driven = diagnosis.driven
     if driven is None:
         return []
-    where = driven.place.text.replace(" to ground", "")
+    base, where = driven.place.kind == "base", _acting(driven.place)
     others = ", ".join(p.text.replace(" to ground", "") for p in driven.alike[:ALSO])
     told = f" (or {others}, as far as the responses tell)" if others else ""
+    hidden = (
+        "what drives all supports alike counts as part of it, and no law is tried that has to be simulated, unless the "
+        "base's acceleration is recorded"
+        if base
+        else "whatever is missing at that place itself counts as part of it and does not show, unless the force is "
+        "recorded"
+    )
     return [
-        f"no force was recorded: one that acts at {where}{told} explains the responses best; whatever is missing at "
-        "that place itself counts as part of it and does not show, unless the force is recorded; errors on the fitted "
-        "recordings are those of every sensor predicted from the others"
+        f"no force was recorded: {where}{told} explains the responses best; {hidden}; errors on the fitted recordings "
+        "are those of every sensor predicted from the others"
     ]
+
+
+def _acting(place: Place) -> str:
+    """A place where a force may act that nobody recorded, in words."""
+    if place.kind == "base":
+        return f"a motion of the base along {place.direction}"
+    return f"one that acts at {place.text.replace(' to ground', '')}"
 
 
 def _status(diagnosis: Diagnosis) -> str:
