@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 
 from femend.errors import FemendError
 from femend.model import Model, affordable_refinement, form_errors, mesh_error, read_model, reduce_model
@@ -62,6 +63,27 @@ def test_a_mode_without_its_like_has_no_error(model: Model, monkeypatch: pytest.
     assert np.isnan(found.converged).all()
     assert str(found).splitlines()[1].split()[2:5] == ["-", "-", "-"]
     assert affordable_refinement(model, F_MAX) is None
+
+
+@pytest.mark.parametrize(("alike", "told"), [(0.94, False), (1.0, True)])
+def test_a_mode_that_a_finer_mesh_puts_higher_has_to_be_the_same_for_sure(
+    model: Model, monkeypatch: pytest.MonkeyPatch, alike: float, told: bool
+) -> None:
+    """With one more half wave between two nodes of the deck another mode looks nearly alike at these."""
+    true = mesh_error(model, F_MAX)
+    solve = MODULE.core_modes
+
+    def raised(K: csc_array, M: csc_array, f_max: float) -> tuple[np.ndarray, np.ndarray]:
+        freq, phi = (a.copy() for a in solve(K, M, f_max))
+        if K.shape[0] > model.fe.n_a:
+            freq[1] = 1.2 * true.freq[1]
+            phi[:, 1] = np.sqrt(alike) * phi[:, 1] + np.sqrt(1 - alike) * phi[:, -1]
+        return freq, phi
+
+    monkeypatch.setattr(MODULE, "core_modes", raised)
+    found = mesh_error(model, F_MAX)
+    assert np.isfinite(found.error[1]) == told
+    assert found.error[0] == pytest.approx(true.error[0], rel=1e-9)
 
 
 def test_priors_of_modes_follow_from_their_error(model: Model) -> None:

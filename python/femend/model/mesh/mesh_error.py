@@ -33,6 +33,9 @@ ABOVE = 1.2
 FURTHER = 1.15
 # modes whose shapes share less than this (squared, over the modes they may mix with) are not the same modes
 SAME = 0.9
+# a mode that the refined mesh puts higher than the deck's by more than this share, where meshes are rather too stiff, has
+# to be so much the same: with one more half wave between two nodes of the deck it looks nearly alike there
+HIGHER, SURELY = 0.03, 0.99
 # with element size halved, an error of second order in it falls to a quarter: what is left is a third of the change
 RICHARDSON = 1.0 / 3.0
 # nodes up to which a diagnosis takes the refined model in place of the deck's: it is solved anew for every place that
@@ -96,7 +99,8 @@ def _compared(finer: Model, model: Model, f_max: float) -> MeshError:
     seen = np.asarray(finer.transformation().tocsr()[model.g_rows()] @ finer_phi)
     heavy = np.asarray(M @ seen)
     likeness = (phi.T @ heavy) ** 2 / np.maximum(np.einsum("ij,ij->j", seen, heavy), 1e-300)
-    rows, columns = _paired(likeness)
+    higher = finer_freq[None, :] > (1 + HIGHER) * freq[:, None]
+    rows, columns = _paired(np.where(higher & (likeness < SURELY), 0.0, likeness))
     refined, converged = np.full(len(freq), np.nan), np.full(len(freq), np.nan)
     refined[rows] = finer_freq[columns]
     beyond = RICHARDSON if only_shells(model) and refined_size(model) else 0.0
