@@ -33,8 +33,8 @@ ABOVE = 1.2
 FURTHER = 1.15
 # modes whose shapes share less than this (squared, over the modes they may mix with) are not the same modes
 SAME = 0.9
-# a mode that the refined mesh puts higher than the deck's by more than this share, where meshes are rather too stiff, has
-# to be so much the same: with one more half wave between two nodes of the deck it looks nearly alike there
+# a mode that the refined mesh puts higher than the deck's by more than this share, where meshes are rather too stiff,
+# has to be so much the same: with one more half wave between two nodes of the deck it looks nearly alike there
 HIGHER, SURELY = 0.03, 0.99
 # with element size halved, an error of second order in it falls to a quarter: what is left is a third of the change
 RICHARDSON = 1.0 / 3.0
