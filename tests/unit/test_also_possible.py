@@ -24,11 +24,17 @@ def place(kind: str, nodes: tuple[int, ...], direction: str, slope: tuple[float,
     )  # fmt: skip
 
 
-def possible(monkeypatch: pytest.MonkeyPatch, found: Any, alike: list[Any]) -> list[list[int]]:
+def possible(
+    monkeypatch: pytest.MonkeyPatch, found: Any, alike: list[Any], as_near: tuple[Any, ...] = ()
+) -> list[list[int]]:
     monkeypatch.setattr(findings, "topology", lambda model: Topology())
     monkeypatch.setattr(findings, "_next_sensor", lambda *_: None)
     diagnosis = SimpleNamespace(
-        reduced=SimpleNamespace(model=None), located=[], further=None, ranked=[], settings=SimpleNamespace(margin=10.0)
+        reduced=SimpleNamespace(model=None),
+        located=[SimpleNamespace(place=p, cost=5.0) for p in as_near],
+        further=None,
+        ranked=[],
+        settings=SimpleNamespace(margin=10.0),
     )
     located = SimpleNamespace(place=found, alike=tuple(alike), cost=0.0)
     others, _ = findings._not_told_apart(cast(Any, diagnosis), cast(Any, located))
@@ -57,3 +63,10 @@ def test_a_brace_may_act_on_one_of_its_nodes_from_the_ground_where_that_has_a_pa
 def test_another_direction_of_its_own_node_is_no_other_place(monkeypatch: pytest.MonkeyPatch) -> None:
     assert possible(monkeypatch, place("ground", (12,), "X"), [place("ground", (12,), "Y")]) == []
     assert possible(monkeypatch, place("pair", (6, 12), "X"), [place("ground", (12,), "Y")]) == []
+
+
+def test_a_place_that_fits_as_well_by_more_free_forces_is_no_other_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    feet = place("bushes", (101, 103, 107, 109), "Z")
+    feet.n_w = 4
+    shaft = place("ground", (12,), "Z")
+    assert possible(monkeypatch, shaft, [], (feet, place("ground", (11,), "Z"))) == [[11]]

@@ -262,6 +262,8 @@ def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
     # two digits that are the same would say that nothing was gained
     little = {**result, "fit": [{"recording": "a", "role": "fit", "nominal": 0.024, "parameters": 0.0215}]}
     assert headline(little).endswith("0.024 → 0.021.")
+    worse = {**result, "fit": [{"recording": "a", "role": "fit", "nominal": 0.17, "parameters": 0.18}]}
+    assert headline(worse).endswith("0.17 → 0.18, over all frequencies no better.")
 
 
 def test_certainty_does_not_claim_more_than_it_is_given() -> None:

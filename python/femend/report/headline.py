@@ -268,7 +268,9 @@ def _gain_text(gain: ErrorGain) -> str:
     kind = "prediction error" if gain.which == UNSEEN else "error"
     told_apart = f"{gain.before:.2f}" != f"{gain.after:.2f}"
     decimals = 2 if told_apart and min(gain.before, gain.after) >= 0.0095 else 3
-    return f"; {kind} on {gain.which} {gain.before:.{decimals}f} → {gain.after:.{decimals}f}"
+    # over all of the recordings, also where the models are not compared
+    no_better = ", over all frequencies no better" if gain.after > gain.before else ""
+    return f"; {kind} on {gain.which} {gain.before:.{decimals}f} → {gain.after:.{decimals}f}{no_better}"
 
 
 def _level(result: Result) -> str:

@@ -156,11 +156,13 @@ def _not_told_apart(diagnosis: Diagnosis, place: Located) -> tuple[list[list[int
     group = {node: nodes for nodes in stretches(top, single) for node in _along(nodes, single, top)}
     others: list[list[int]] = []
     rivals: list[Place] = []
-    # with several effects the places of one alone are no measure
+    # with several effects the places of one alone are no measure, and more free forces fit more by themselves
     close = [
         found.place
         for found in (diagnosis.located if diagnosis.further is None else ())
-        if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
+        if found.cost - place.cost < diagnosis.settings.margin
+        and found.place.kind != "base"
+        and found.place.n_w <= max(place.place.n_w, 1)
     ]
     beds = [] if diagnosis.further is not None else _beddings(diagnosis, place)
     covered = set(place.place.nodes)
