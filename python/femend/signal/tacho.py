@@ -33,8 +33,9 @@ PER_PULSE, MOST_KNOTS = 4, 2000
 # samples per pulse below which edges are not interpolated but the waveform is fitted, and pulses per revolution up to
 # which: many average out by themselves
 FEW_SAMPLES, FEW_PULSES = 40.0, 8
-# samples per pulse to which a tacho that its samples determine is refined
-DENSE = 80
+# samples that a pulse lasts, with its flanks, to which a tacho that its samples determine is refined, and samples of
+# the whole record that this may take (160 MB)
+DENSE, MOST_REFINED = 80, 20_000_000
 # share of the time on the middle half of the flanks from which they are soft: noise of 1 % of the range moves the level
 # by a tenth of a degree of a turn there
 SOFT = 0.025
@@ -63,9 +64,10 @@ def tacho_speed(
     both counted. With several `pulses_per_revolution` the teeth's uneven spacing is estimated and taken out, and angle
     0 is at the first pulse's tooth. Where no `level` is given, and up to eight pulses make a revolution, pulses with
     soft flanks, whose crossing of a level noise and a filter move, are fitted as a whole waveform
-    (`femend.signal.waveform`), and so are those with fewer than forty samples on average, since their edges cannot be
-    interpolated, with a smoothing over some ten pulses; what a recorder's filter leaves of them is sampled more finely
-    before (Whittaker-Shannon interpolation). Angle 0 is then where the waveform rises through its middle. `smoothing`
+    (`femend.signal.waveform`), and so are those that last fewer than forty samples on average, since their edges cannot
+    be interpolated, with a smoothing over some ten pulses. Angle 0 is then where the waveform rises through its middle.
+    Where a recorder's filter has limited them in band, such pulses are sampled more finely first (Whittaker-Shannon
+    interpolation), and their edges count unless they are soft. `smoothing`
     is that of `speed_from_edges`; `hysteresis` and `falling` are those of `find_edges`. Raises SignalError, naming
     channel and time, for a tacho that is missing, stands still, bounces too often or pauses.
     """
@@ -77,14 +79,15 @@ def tacho_speed(
         edges = find_edges(x, data.dt, data.t0, level=level, hysteresis=hysteresis, falling=falling)
         whole = level is None and pulses_per_revolution <= FEW_PULSES
         few = whole and samples_per_pulse(x, edges.size) < FEW_SAMPLES
-        soft = whole and not few and flank_share(x) > SOFT
-        if few and smoothing is None:
-            smoothing = START
-        if few and is_band_limited(x):  # what lies between the samples is known
-            few, soft, step = False, True, _denser(edges, data.dt)
-            t = np.asarray(data.t0 + data.dt / step * np.arange((x.size - 1) * step + 1))
+        step = _denser(x, edges) if few and is_band_limited(x) else 1  # what lies between the samples is known
+        if step > 1:
+            few, t = False, np.asarray(data.t0 + data.dt / step * np.arange((x.size - 1) * step + 1))
             x = refined(x, step)
             edges = find_edges(x, data.dt / step, data.t0, hysteresis=hysteresis, falling=falling)
+        # sharp pulses are left to their edges: a waveform has no bins for what lasts a hundredth of a turn
+        soft = whole and not few and flank_share(x) > SOFT
+        if smoothing is None and (few or (soft and step > 1)):
+            smoothing = START
         fit = _fit_edges(edges, pulses_per_revolution, smoothing)
         if few or soft:
             fit = fit.aligned(-x if falling else x, t, smoothing, soft=soft)
@@ -96,11 +99,14 @@ def tacho_speed(
         raise SignalError(message, recording=data.name, channel=name, time=error.time) from None
 
 
-def _denser(edges: FloatArray, dt: float) -> int:
-    """Samples for one with which pulses at `edges` (n,) s, sampled every `dt` s, have DENSE of them where they come
-    fastest."""
-    fastest = float(np.percentile(np.diff(edges), SHORT)) if edges.size > 1 else dt
-    return int(np.clip(np.ceil(DENSE * dt / fastest), 1, DENSE))
+def _denser(x: FloatArray, edges: FloatArray) -> int:
+    """Samples for one of x (n,) with which the pulses at `edges` (n_edges,) s last DENSE of them where they come
+    fastest, or as many as memory has; 1 where they cannot be more."""
+    if edges.size < FEWEST:
+        return 1
+    intervals = np.diff(edges)
+    shortest = float(np.percentile(intervals, SHORT) / intervals.mean()) * samples_per_pulse(x, edges.size)
+    return int(min(np.ceil(DENSE / max(shortest, 1.0)), MOST_REFINED // x.size))
 
 
 def _slow(x: FloatArray, dt: float, edges: FloatArray, pulses_per_revolution: int) -> str:
@@ -182,7 +188,7 @@ class _Fit:
             notes += (f"and {len(events) - 20} more repairs",)
         jump = find_jump(self.train)
         if jump is not None:
-            notes += (f"from {jump[0]:.4f} s on pulses are {jump[1]:.2f} times as far apart as before, at once",)
+            notes += (f"from about {jump[0]:.4g} s on pulses are {jump[1]:.2f} times as far apart as before, at once",)
         if self.waveform:
             told = "the angle fits the whole waveform, 0 where it rises through its middle"
             notes += (f"pulses {self.waveform}: {told}",)

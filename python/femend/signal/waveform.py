@@ -17,7 +17,15 @@ from scipy.sparse.linalg import spsolve
 
 from femend.signal.curve import smooth_curve
 
-__all__ = ["align_waveform", "flank_share", "samples_per_pulse", "thinned", "zero_where_it_rises"]
+__all__ = [
+    "align_waveform",
+    "flank_share",
+    "is_band_limited",
+    "refined",
+    "samples_per_pulse",
+    "thinned",
+    "zero_where_it_rises",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -30,8 +38,9 @@ BEST, COARSE, FINE = 0.35, 3, 5
 # smoothing of the first rounds, in pulses: where the shaft turns in whole samples, pulses that show a plateau only
 # would hold the speed at that
 STIFF = (1e4, 1e4, 1e3, 1e3, 1e2, 0.0)
-# samples per pulse beyond which neighbours are averaged before soft pulses are fitted: two to a bin
-PLENTY = 2 * BINS
+# samples per interval beyond which neighbours are averaged before soft pulses are fitted, two to a bin, and samples
+# that a pulse with its flanks keeps
+PLENTY, KEPT = 2 * BINS, 40.0
 # bands, in sampling rates, and the share of the mean power in the one that the other has at most where a recorder has
 # filtered the tacho: 0.004 to 0.015 behind filters of order 2 to 10 at 0.23 to 0.45 of the rate, 0.03 to 0.11 of sharp
 # pulses picked without one, which fold back
@@ -138,8 +147,9 @@ def refined(x: FloatArray, step: int) -> FloatArray:
 
 
 def thinned(x: FloatArray, t: FloatArray, n_pulses: int) -> tuple[FloatArray, FloatArray]:
-    """Means of neighbours where `x` (n,) at `t` (n,) s has more samples per pulse than a waveform takes."""
-    step = -(-x.size // (max(n_pulses, 1) * PLENTY))
+    """Means of neighbours where `x` (n,) at `t` (n,) s has more samples per pulse than a waveform takes, and as long as
+    a pulse, which may be short against its interval, keeps enough of them."""
+    step = min(-(-x.size // (max(n_pulses, 1) * PLENTY)), max(1, int(samples_per_pulse(x, n_pulses) / KEPT)))
     whole = x.size // step * step
     return x[:whole].reshape(-1, step).mean(axis=1), t[:whole].reshape(-1, step).mean(axis=1)
 
