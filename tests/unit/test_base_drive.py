@@ -25,8 +25,9 @@ ROLES = {"quake1": "fit", "quake2": "fit"}
 MASS = 0.05
 
 
-def shaken(folder: Path, a: Array, more: tuple[str, ...]) -> Array:
-    """Absolute accelerations (n_out, n) in Z at the sensors of a cantilever whose clamp moves by a(t) (n,), m/s²."""
+def shaken(folder: Path, a: Array, more: tuple[str, ...], against: bool = False) -> Array:
+    """Absolute accelerations (n_out, n) in Z at the sensors of a cantilever whose clamp moves by a(t) (n,), m/s², or
+    those `against` the clamp."""
     path = folder / "truth.bdf"
     path.write_text(deck(E, more))
     model = read_model(path)
@@ -41,14 +42,14 @@ def shaken(folder: Path, a: Array, more: tuple[str, ...]) -> Array:
     n = 4 * len(a)
     s = 2j * np.pi * np.fft.rfftfreq(n, 1 / RATE)
     modal = s**2 / (s**2 + 2 * ZETA * omega[:, None] * s + omega[:, None] ** 2)
-    H = 1 - phi[rows] @ (taken[:, None] * modal)
+    H = float(not against) - phi[rows] @ (taken[:, None] * modal)
     return np.asarray(np.fft.irfft(H * np.fft.rfft(a, n), n)[:, : len(a)])
 
 
-def diagnosed(folder: Path, more: tuple[str, ...] = ()) -> StudyRun:
+def diagnosed(folder: Path, more: tuple[str, ...] = (), against: bool = False) -> StudyRun:
     """The run of a study of unrecorded motions of the base."""
     for i, name in enumerate(ROLES):
-        y = shaken(folder, force(1.0 + i, 10 + i, int(RATE * SECONDS)), more)
+        y = shaken(folder, force(1.0 + i, 10 + i, int(RATE * SECONDS)), more, against)
         y = y + np.random.default_rng(50 + i).standard_normal(y.shape) * NOISE * y.std(axis=1, keepdims=True)
         channels = tuple(Channel(Dof(node, 3), "acceleration", "m/s^2") for node in SENSORS)
         write_uff(folder / f"{name}.uff", functions_of(TimeData(name, 1 / RATE, y, channels)))
@@ -75,6 +76,15 @@ def test_a_motion_of_the_base_that_nobody_recorded_is_what_drives(tmp_path: Path
     assert all(r["final"] < 2 * NOISE for r in run.result["fit"])
     # it is no force at a DOF under which laws could be simulated
     assert with_force_read_off(driven, driven.located[0]) is None
+
+
+def test_responses_against_the_base_are_those_to_its_inertia_forces(tmp_path: Path) -> None:
+    run = diagnosed(tmp_path, against=True)
+    assert run.result["verdict"] in ("consistent", "parameters-only")
+    driven = run.diagnosis.driven
+    assert driven is not None
+    assert (driven.place.kind, driven.place.to) == ("base", "inertia")
+    assert all(r["final"] < 2 * NOISE for r in run.result["fit"])
 
 
 def test_what_is_missing_beside_a_motion_of_the_base_is_named(tmp_path: Path) -> None:

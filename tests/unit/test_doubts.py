@@ -286,7 +286,7 @@ def test_a_low_mac_of_a_shape_that_is_mostly_noise_is_told_so() -> None:
         )
 
     (told,) = faint_shapes([compared(sd)])
-    share = re.search(r"shape of mode 2 at 20 Hz is known to (\d+) % of itself only", told)
+    share = re.search(r"the deviation of the shape of mode 2 at 20 Hz is (\d+) % of it", told)
     assert share is not None
     assert int(share[1]) == pytest.approx(38, abs=4)
     assert f"a MAC of {agree[1, 1]:.2f} says little of the model" in told

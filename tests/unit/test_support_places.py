@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 from femend.diagnose.locating.dressed import own_values, with_own
 from femend.diagnose.locating.joint import open_joint
-from femend.model import Parameter, Place, ReducedModel, reduce_model
+from femend.model import Model, Parameter, Place, ReducedModel, read_model, reduce_model
 from femend.model.places.freed import own_stiffness
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -93,6 +93,49 @@ def test_an_edge_on_springs_is_the_deck_without_it_tied_to_a_rigid_bar_on_them(
     K_true[range(-len(k), 0), range(-len(k), 0)] += list(k.values())
     # the plate turns about its edge as it likes
     np.testing.assert_allclose(frequencies(K, deck(reduced, "M"))[1:], frequencies(K_true, M_true)[1:], rtol=1e-5)
+
+
+def skew(folder: Path, turn: float) -> Model:
+    """A plate in mm and t, clamped along an edge that is turned by `turn` against the axes."""
+    lines = [
+        "SOL 103",
+        "CEND",
+        "SPC = 1",
+        "BEGIN BULK",
+        "PARAM,COUPMASS,1",
+        "MAT1,1,7.+4,,0.33,2.7-9",
+        "PSHELL,1,1,3.,1,,1",
+    ]
+    c, s = np.cos(turn), np.sin(turn)
+    for j in range(NY + 1):
+        for i in range(NX + 1):
+            x, y = 25.0 * i, 25.0 * j
+            lines.append(f"GRID,{1 + i + (NX + 1) * j},,{c * x - s * y:.5f},{s * x + c * y:.5f},0.")
+    for j in range(NY):
+        for i in range(NX):
+            n = 1 + i + (NX + 1) * j
+            lines.append(f"CQUAD4,{1 + i + NX * j},1,{n},{n + 1},{n + NX + 2},{n + NX + 1}")
+    lines += [f"SPC1,1,126,1,THRU,{(NX + 1) * (NY + 1)}", *(f"SPC1,1,345,{1 + (NX + 1) * j}" for j in range(NY + 1))]
+    path = folder / "skew.bdf"
+    path.write_text("\n".join([*lines, "ENDDATA", ""]))
+    return read_model(path)
+
+
+@pytest.mark.parametrize("among", [False, True])
+def test_a_support_that_is_skew_to_the_axes_turns_on_its_springs_as_one_that_is_not(
+    tmp_path: Path, among: bool
+) -> None:
+    found = []
+    for turn in (0.0, 0.7):
+        model = skew(tmp_path, turn)
+        (whole,) = (p for p in supports(model) if p.direction == "RX")
+        springs = tuple((motion, 5e4) for motion in whole.motions if motion.component in (3, 4))
+        place = Place("support", whole.nodes, "", "ground", springs=springs, motions=whole.motions if among else ())
+        reduced = with_own(place, reduce_model(model, 600.0, [6 * INSIDE + 2]))
+        found.append(frequencies(*reduced.as_drawn()))
+    clamped = reduce_model(skew(tmp_path, 0.0), 600.0, [6 * INSIDE + 2]).freq
+    np.testing.assert_allclose(found[1], found[0], rtol=2e-3)
+    assert (found[0][:3] < 0.98 * clamped[:3]).all()
 
 
 def test_a_support_that_no_single_parameter_scales_is_left_out(tmp_path: Path) -> None:

@@ -16,9 +16,9 @@ __all__ = ["blow_block", "blows", "suited_frf"]
 
 # a force is blows where it is above this share of its peak in no more than this share of the samples
 RISE, RARE = 0.1, 0.02
-# seconds within which samples belong to one blow, and share of the longest time between two within which one is the
-# rebound of another
-ONE, REBOUND = 0.05, 0.125
+# seconds within which samples belong to one blow, and within which one is the rebound of another, where that is also a
+# small share of the longest time without a blow
+ONE, REBOUND, SOON = 0.05, 0.25, 0.125
 # share of the time between two blows that a block takes, and the most of it that lies ahead of the blow
 BLOCK, BEFORE = 0.95, 0.02
 # blows from which a coherence tells noise
@@ -45,7 +45,7 @@ def blows(data: TimeData) -> NDArray[np.float64]:
     apart = np.flatnonzero(np.diff(above) * data.dt > ONE)
     at = above[np.concatenate([[0], apart + 1])] * data.dt
     gaps = np.diff([*at, data.duration])
-    return np.asarray(at[np.concatenate([[True], gaps[:-1] > REBOUND * gaps.max()])])
+    return np.asarray(at[np.concatenate([[True], gaps[:-1] > min(REBOUND, SOON * float(gaps.max()))])])
 
 
 def blow_block(data: TimeData, at: NDArray[np.float64]) -> float:
@@ -76,7 +76,8 @@ def suited_frf(data: TimeData, block: float | None = None) -> tuple[FRF, tuple[s
             found = impact_frf(data, block, before=before, double=np.inf, window_force=False)
         except SignalError:
             return estimate_frf(data).frf, (f"{error}; its FRFs are averaged over pieces, which tear blows apart",)
-        told = [f"{error}; each is taken with all of its force"]
+        times = ", ".join(f"{hit.time:.4f}" for hit in found.hits if hit.kept)
+        told = [f"recording {data.name!r}: no hit is single; those at {times} s are taken with all of their force"]
     kept = sum(hit.kept for hit in found.hits)
     told += [*(str(h) for h in found.hits if not h.kept), *found.estimate.notes]
     if kept >= TELLING:

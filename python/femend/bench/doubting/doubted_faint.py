@@ -24,11 +24,11 @@ def faint_shapes(compared: Sequence[Compared]) -> list[str]:
         for i, lost in enumerate(_lost_to_noise(c)):
             own = best.get(i, float(np.nanmax(c.comparison.mac[i], initial=0.0)))
             if lost > LOSS and own < LOW:
-                share = plain(100 * np.sqrt(lost), 2)
+                share = f"{plain(100 * np.sqrt(lost), 2)} %" if lost < 1 else "100 % and more"
                 mode = f"the shape of mode {i + 1} at {plain(c.test.freq[i])} Hz"
                 told.append(
-                    f"recording {c.measured.name!r}: {mode} is known to {share} % of itself only, since the test "
-                    f"hardly moves it: a MAC of {own:.2f} says little of the model, and the shape counts little in an "
+                    f"recording {c.measured.name!r}: the deviation of {mode} is {share} of it, since the test hardly "
+                    f"moves it: a MAC of {own:.2f} says little of the model, and the shape counts little in an "
                     "update; to have it, excite the mode elsewhere (`femend pretest`)"
                 )
     return told

@@ -26,17 +26,22 @@ MASS, SOFT = 1e5, 1e-2
 
 def as_moving_base(model: Model, base: Place) -> Place | None:
     """The place of a force that moves the nodes which the deck holds in all directions, as one, along the axis of a
-    `base` motion; None where something else than SPC sets holds them, or their frames are turned against the axes."""
+    `base` motion of absolute responses; None of one of responses against the base, and where something else than SPC
+    sets holds one of the nodes, or their frames are turned against the axes."""
+    if base.to != "moved":
+        return None
     c = AXES.index(base.direction)
     moving, free = ({int(row) for row in m.g_rows()} for m in (model, model.unsupported))
     held = free - moving
     nodes = [i for i in range(len(model.node_ids)) if held.issuperset(range(6 * i, 6 * i + 3))]
-    if not nodes or not all(np.array_equal(model.frames[i], np.eye(3)) for i in nodes):
+    if not set(base.nodes).issubset(model.node_ids[nodes].tolist()):
+        return None
+    if not all(np.array_equal(model.frames[i], np.eye(3)) for i in nodes):
         return None
     rows = tuple(6 * i + c for i in nodes)
     motion = HeldMotion(c, rows, (1.0,) * len(rows))
     mean = np.full(len(rows), 1 / len(rows))
-    return replace(base, to="moved", g_rows=(np.array(rows),), g_values=(mean,), independent=False, motions=(motion,))
+    return replace(base, g_rows=(np.array(rows),), g_values=(mean,), independent=False, motions=(motion,))
 
 
 def on_moving_base(drive: Place, reduced: ReducedModel) -> ReducedModel:

@@ -205,6 +205,7 @@ def _beside(model: Model, problem: Problem, drive: Place, p: FloatArray, places:
     it."""
     moving = as_moving_base(model, drive) if drive.kind == "base" else None
     if moving is not None:
+        # `p` has one mode less
         under = problem.driven_at(moving).with_modes(problem.n_tuned + 1)
         start = updated_by(model, under, (), p, partial(on_moving_base, moving))
         return None if start is None else _placed(moving, start, places)

@@ -212,7 +212,7 @@ def _all_springs(problem: Problem, reduced: ReducedModel, clamp: Place, updated:
 
 def _held(reduced: ReducedModel, clamp: Place) -> Sequence[HeldMotion]:
     """Motions in which a clamp, at its node, or a support may give way."""
-    if clamp.motions:
+    if clamp.motions or clamp.kind == "support":
         return clamp.motions
     first = 6 * reduced.model.index(clamp.nodes[0])
     return [held_dof(row) for row in range(first, first + 6)]

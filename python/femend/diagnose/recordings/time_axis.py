@@ -60,7 +60,7 @@ class ForceShift(RecordedOff):
         """The record with its force where it acts, for fits: without the beginning or the end at which it is not known.
         What moved in the beginning counts as free decays."""
         moved, lost = self.driving(record), self._unknown(record)
-        if moved is record or lost == 0:
+        if moved is record or lost == 0 or lost > record.n // 2:  # with next to nothing known it is no time to move by
             return moved
         return moved.part(lost, moved.n) if self.seconds > 0 else moved.part(0, moved.n - lost)
 
@@ -177,8 +177,10 @@ def _refined(problem: Problem, hypothesis: Hypothesis, p: FloatArray, shift: For
     here = cost(at)
     for _ in range(ROUNDS):
         low, high = cost(at - step), cost(at + step)
+        if not np.isfinite([low, here, high]).any():
+            break
         bend = low - 2 * here + high
-        move = 0.5 * (low - high) / bend if np.isfinite(bend) and bend > 0 else float(np.sign(low - high))
+        move = 0.5 * (low - high) / bend if np.isfinite(bend) and bend > 0 else 1.0 if high < low else -1.0
         at += float(np.clip(move, -2.0, 2.0)) * step
         here = cost(at)
         if abs(move) < 0.1:

@@ -92,8 +92,9 @@ def freed(reduced: ReducedModel, motions: Sequence[HeldMotion], of: Sequence[Hel
     """
     own = reduced.model.g_rows()
     if of and set(motions) <= set(of):
-        rest = [m for m in of if m not in motions and not reduced.V[list(m.rows)].any()]
-        made = _held_again(_all_free(reduced, tuple(of)), rest, reduced.r)
+        loose = _all_free(reduced, tuple(of))
+        rest = [i for i, m in enumerate(of) if m not in motions and not reduced.V[list(m.rows)].any()]
+        made = _held_again(loose, _amplitudes(loose, of)[rest], reduced.r)
     else:
         made = _free(reduced, motions)
     made = replace(made, model=reduced.model, V_a=made.V[own])
@@ -127,19 +128,35 @@ def _free(reduced: ReducedModel, motions: Sequence[HeldMotion]) -> ReducedModel:
     return project_model(free, V_a, np.asarray(free.transformation() @ V_a))
 
 
-def _held_again(loose: ReducedModel, motions: Sequence[HeldMotion], r: int) -> ReducedModel:
-    """The `loose` model, the first `r` vectors of whose basis move no support, in what of its basis leaves `motions` at
-    rest."""
-    if not motions:
+def _held_again(loose: ReducedModel, moves: FloatArray, r: int) -> ReducedModel:
+    """The `loose` model, the first `r` vectors of whose basis move no support, in what of its basis makes `moves`
+    (n, r_loose), amplitudes of motions, nothing."""
+    if not len(moves):
         return loose
     from scipy.linalg import block_diag, null_space
 
-    moves = np.array([np.array(m.values) @ loose.V[list(m.rows)][:, r:] for m in motions])
-    N = block_diag(np.eye(r), null_space(moves / np.linalg.norm(moves, axis=1)[:, None]))
+    size = np.linalg.norm(moves[:, r:], axis=1)
+    at_rest = moves[size > 0, r:] / size[size > 0, None]
+    N = block_diag(np.eye(r), null_space(at_rest) if len(at_rest) else np.eye(loose.r - r))
     within = (replace(t, K=_within(t.K, N), M=_within(t.M, N)) for t in loose.terms)
     K, M = N.T @ loose.K_fixed @ N, N.T @ loose.M_fixed @ N
     held = replace(loose, V=loose.V @ N, V_a=loose.V_a @ N, K_fixed=K, M_fixed=M, terms=tuple(within))
     return replace(held, freq=ritz_frequencies(held))
+
+
+def _amplitudes(reduced: ReducedModel, motions: Sequence[HeldMotion]) -> FloatArray:
+    """How far every vector of the basis goes along each of the `motions` (n, r) that make it together.
+
+    Rotations of a region about two axes share displacements where it is skew to them, so that a projection on one of
+    them is not how far it goes.
+    """
+    rows = sorted({row for motion in motions for row in motion.rows})
+    at = {row: i for i, row in enumerate(rows)}
+    T = np.zeros((len(rows), len(motions)))
+    for column, motion in zip(T.T, motions, strict=True):
+        column[[at[row] for row in motion.rows]] = motion.values
+    size = np.linalg.norm(T, axis=0)
+    return np.asarray(np.linalg.pinv(T / size) @ reduced.V[rows] / size[:, None])
 
 
 def _within(A: FloatArray | None, N: FloatArray) -> FloatArray | None:
@@ -174,10 +191,11 @@ def with_springs(place: Place, reduced: ReducedModel) -> ReducedModel:
     """A model whose motions under `place.springs` are free, with a spring to ground under each and its ln stiffness
     over the place's as one more unknown."""
     n = len(reduced.names)
+    together = place.motions or tuple(motion for motion, _ in place.springs)
+    moves = _amplitudes(reduced, together)
     terms, names = [], []
     for i, (motion, k) in enumerate(place.springs):
-        t = np.array(motion.values)
-        v = t @ reduced.V[list(motion.rows)] / (t @ t)
+        v = moves[together.index(motion)]
         terms.append(Term(((n + i, 1.0),), k * np.outer(v, v)))
         names.append(f"spring at {place.nodes[0]} {AXES[motion.component]}")
     return replace(

@@ -111,7 +111,10 @@ def _place(
 
 def _motions(model: Model, held: NDArray[np.bool_], at: list[int]) -> tuple[HeldMotion, ...]:
     """Every translation along which, and rotation about the middle in which, all nodes at the positions `at` are held,
-    and by nothing but SPC sets. Rotations of nodes that nothing resists, as those of solids, are no part of it."""
+    and by nothing but SPC sets. Rotations of nodes that nothing resists, as those of solids, are no part of it; none
+    where a frame is turned against the axes and its node is not held in all of its directions."""
+    if not all(np.array_equal(model.frames[i], np.eye(3)) or _holds(held, i, 3) for i in at):
+        return ()
     free = {int(row) for row in model.unsupported.g_rows()}
     found = []
     for c in range(6):
