@@ -12,6 +12,7 @@ from femend.data import Channel, Speed, TimeData
 from femend.errors import SignalError
 from femend.signal import find_edges, repair_pulses, speed_from_edges, speed_from_profile, tacho_speed
 from femend.signal import tacho as tacho_module
+from femend.signal.tacho_doubts import varies_slowly
 
 DT = 1 / 2048
 T = DT * np.arange(2048 * 20)
@@ -134,8 +135,21 @@ def test_a_channel_that_holds_a_speed_or_an_angle_is_told(what: str) -> None:
         "counter": np.floor(turns),
         "up and down": np.minimum(T, 20 - T),
     }[what]
-    with pytest.raises(SignalError, match="goes slowly from .* pulses are needed: name the channel that holds them"):
+    told = r"goes slowly between (\S+) and (\S+), as .* pulses are needed: name the channel that holds them"
+    with pytest.raises(SignalError, match=told) as caught:
         tacho_speed(tacho(values))
+    low, high = (float(v) for v in re.search(told, str(caught.value)).groups())  # type: ignore[union-attr]
+    assert (low, high) == pytest.approx((values.min(), values.max()), abs=0.01 * np.ptp(values))
+
+
+@pytest.mark.parametrize("cycles", [2, 3])
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_a_sine_of_few_cycles_holds_pulses(cycles: float, noise: float) -> None:
+    values = np.sin(2 * np.pi * cycles * T / 20 - 0.3) + noise * np.random.default_rng(1).standard_normal(T.size)
+    assert varies_slowly(values) == ""
+    if not noise:  # which crosses a level more often
+        with pytest.raises(SignalError, match=f"has {cycles} pulses; at least 4"):
+            tacho_speed(tacho(values))
 
 
 @pytest.mark.parametrize("apart_by", [0.4, 0.3, 0.15])
@@ -191,6 +205,15 @@ def test_a_shaft_that_starts_or_stops_keeps_its_pulses(rest: str) -> None:
     assert speed.missed <= 2
     fast = T[(rev > 2) & (speed.start < T) & (speed.stop > T)]
     assert np.abs(speed.at(fast)[0] / np.interp(fast, T, rev) - 1).max() < 0.02
+
+
+@pytest.mark.parametrize("end", [slice(None), slice(None, None, -1)])
+def test_a_pulse_lost_first_is_put_in_unless_the_shaft_starts(end: slice) -> None:
+    """From rest intervals become shorter by more than a tenth each, not just one of them."""
+    lost = np.concatenate([[2.05, 1.12, 1.0], np.full(20, 0.99)])[end]
+    start = np.concatenate([[2.41, 1.0], np.diff(np.sqrt(np.arange(2.0, 24)) / 0.4142)])[end]
+    assert repair_pulses(np.cumsum(np.append(0.0, lost))).missed == 1
+    assert repair_pulses(np.cumsum(np.append(0.0, start))).missed == 0
 
 
 def test_a_shaft_that_stops_is_refused_with_the_time() -> None:

@@ -208,7 +208,7 @@ def _steps(kept: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     steps = np.where(intervals < 1.5 * beside, 1, steps)
     for end in (slice(None), slice(None, None, -1)):  # from rest: a first interval 2.4 times as long as the second
         first = intervals[end][:4]
-        if first.size == 4 and first[0] < 3 * first[1] and first[1] > 1.1 * first[2] > 1.1 * first[3]:
+        if first.size == 4 and first[0] < 3 * first[1] and (first[1:3] > 1.1 * first[2:]).all():
             steps[end][0] = 1
     off = np.abs(intervals / local - steps)
     doubtful = np.flatnonzero((steps > 1) & (off > WHOLE + 0.01 * steps))
@@ -224,7 +224,9 @@ def _steps(kept: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 def find_jump(train: PulseTrain) -> tuple[float, float] | None:
     """The first time in s at which steady intervals of a `train` become a multiple of what they were, or a part, from
-    one to the next, and by how much they do; None where they do not. A shaft has an interval on the way."""
+    one to the next, and by how much they do; None where they do not. A shaft has an interval on the way.
+
+    The time is off by some intervals where pulses next to it were put in, or taken out."""
     single = np.diff(train.t) / np.diff(train.number)
     if single.size < 2 * STEADY:
         return None

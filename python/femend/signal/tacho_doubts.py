@@ -31,9 +31,12 @@ SAMPLES, LASTS = 4.0, 1.0
 TRIED, APART = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 30, 36, 48, 60), 1.4
 # turns that may go by for each pulse
 LOST_TURNS = (2, 3, 4)
-# pieces into which a record is cut, ranges that their means go through of what varies slowly, and their share that is
-# on the way between its extremes
+# pieces into which a record is cut, ranges that their means go through of what varies slowly (with noise), and their
+# share that is on the way between its extremes
 PIECES, SWINGS, ON_THE_WAY = 400, 10.0, 0.3
+# longer pieces, of which noise moves the means by less, and ranges that these go through: up and down again, while two
+# cycles go through four
+LONG_PIECES, UP_AND_DOWN = 40, 2.5
 # samples above its middle that a tacho shows for each pulse, at least, where those are pulses
 HALF_SEEN = 0.5
 # share of a record at one end without pulses from which it is told, and intervals of the pulses there, which it has to
@@ -52,19 +55,29 @@ USABLE = 0.45
 def varies_slowly(x: FloatArray) -> str:
     """A clause where a tacho x (n_samples,) has no pulses because it goes up and down slowly; nothing where it does
     not."""
-    step = max(1, x.size // PIECES)
-    means = x[: x.size // step * step].reshape(-1, step).mean(axis=1)
+    means = _means(x, PIECES)
     span = float(np.ptp(means))
-    if not span > 0 or float(np.abs(np.diff(means)).sum()) > SWINGS * span:
+    if not span > 0 or _way(means) > SWINGS * span or _way(_means(x, LONG_PIECES)) > UP_AND_DOWN * span:
         return ""
     level = (means - means.min()) / span
     if float(((level > 0.1) & (level < 0.9)).mean()) < ON_THE_WAY:  # a pulse or a step
         return ""
     return (
-        f"it goes slowly from {plain(float(means[0]), 4)} to {plain(float(means[-1]), 4)}, as a speed, an angle or a "
-        "counter does, and pulses are needed: name the channel that holds them (in Python speed_from_profile takes a "
-        "speed)"
+        f"it goes slowly between {plain(float(means.min()), 4)} and {plain(float(means.max()), 4)}, as a speed, an "
+        "angle or a counter does, and pulses are needed: name the channel that holds them (in Python "
+        "speed_from_profile takes a speed)"
     )
+
+
+def _means(x: FloatArray, pieces: int) -> FloatArray:
+    """Means of x (n,) over about as many pieces of one length."""
+    step = max(1, x.size // pieces)
+    return np.asarray(x[: x.size // step * step].reshape(-1, step).mean(axis=1))
+
+
+def _way(values: FloatArray) -> float:
+    """What `values` (n,) go up and down by altogether."""
+    return float(np.abs(np.diff(values)).sum())
 
 
 def sampled_too_slowly(x: FloatArray, dt: float, pulses_per_s: float, rev_per_s: float | None = None) -> str:
@@ -151,7 +164,10 @@ def _likeliest(data: TimeData, speed: Speed, orders: Sequence[float]) -> tuple[f
 
 def without_pulses(data: TimeData, edges: FloatArray) -> list[tuple[float, float]]:
     """Stretches (start, stop) in s at the beginning and the end of `data` in which its tacho, with pulses at `edges`
-    (n,) s, shows none, though it does for several intervals as long as those next to it."""
+    (n,) s, shows none, though it does for several intervals as long as those next to it; none of fewer than two
+    pulses, which have no interval."""
+    if edges.size < 2:
+        return []
     start, stop = float(data.t[0]), float(data.t[-1])
     gaps = np.diff(edges)
     near = min(gaps.size, 8)

@@ -48,12 +48,13 @@ def tacho_told(recording: Recording) -> list[str]:
         at, times = jump
         apart = f"{plain(times, 3)} times as far" if times > 1 else f"1/{plain(1 / times, 3)} as far"
         said = (
-            f"has pulses {apart} apart from {plain(at, 4)} s on as just before, from one to the next: pulses are lost "
-            "regularly on one side of it, or doubled on the other, unless the drive steps so; cut the recording there, "
-            "or mend the sensor's level"
+            f"has pulses {apart} apart from about {plain(at, 4)} s on as just before, from one to the next: pulses are "
+            "lost regularly on one side of it, or doubled on the other, unless the drive steps so; cut the recording "
+            "there, or mend the sensor's level"
         )
         told.append(Remark(recording.name, said, channel.text, f"tacho that jumps at {at:g} s"))
-    found = turns_per_pulse(data, speed)
+    # several pulses to a turn are judged where the speed is used: counted_otherwise tells another number of them
+    found = turns_per_pulse(data, speed) if pulses == 1 else None
     if found is not None:
         said = (
             f"gives a speed of which the responses hold {plain(100 * found.share, 2)} % of their power at order "
