@@ -247,6 +247,16 @@ def test_more_numbers_than_announced(put, n: int) -> None:  # type: ignore[no-un
         read_uff(put(text_set(columns(WAVE, "%13.5E", 6), n=n)))
 
 
+def test_zeros_that_fill_a_line_are_no_complex_samples(put) -> None:  # type: ignore[no-untyped-def]
+    """Two points and two zeros are as many numbers as two complex points."""
+    line = np.array([1.5, -2.5, 0.0, 0.0])
+    (function,) = read_uff(put(text_set(columns(line, "%20.12E", 4), kind=4, n=2))).functions
+    assert function.y.tolist() == [1.5, -2.5]
+    for last in ([0.0, 3.0], [3.0, 0.0]):
+        with pytest.raises(FormatError, match="as of type 5"):
+            read_uff(put(text_set(columns(np.array([1.5, -2.5, *last]), "%20.12E", 4), kind=4, n=2)))
+
+
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("dtype", ["f4", "f8"])
 def test_wrong_byte_order(put, order: int, dtype: str) -> None:  # type: ignore[no-untyped-def]

@@ -79,8 +79,7 @@ def _text_numbers(text: bytes, header: Header58, fail: Fail) -> NDArray[np.float
             f"the header announces {needed} numbers ({header.n_points} points) but {len(values)} are there; the record "
             "is truncated: export it again or correct the number of points"
         )
-    surplus = values[needed:]
-    if surplus.any() or surplus.size >= len(text_widths(header.ord_data_type, header.even)):  # zeros may fill a line
+    if len(values) > needed and not _fills_line(values[needed:], header):
         raise fail(
             f"the header announces {needed} numbers ({header.n_points} points) but {len(values)} are there; correct "
             "the number of points or export it again"
@@ -88,14 +87,22 @@ def _text_numbers(text: bytes, header: Header58, fail: Fail) -> NDArray[np.float
     return values[:needed]
 
 
+def _fills_line(surplus: NDArray[np.float64], header: Header58) -> bool:
+    """True where what follows the announced numbers are zeros, as many as may fill the last line."""
+    return not surplus.any() and surplus.size < len(text_widths(header.ord_data_type, header.even))
+
+
 def _refuse_count(tokens: list[Any], header: Header58, fail: Fail) -> None:
-    """Raises what `fail` makes where the numbers are as many as those of the other kind, real or complex, would be."""
+    """Raises what `fail` makes where the numbers are as many as those of the other kind, real or complex, would be, and
+    the surplus is not one that fills a line."""
     other = header.with_values(len(tokens))
     if not other:
         return
     try:
-        np.array(tokens, dtype=np.float64)
+        values = np.array(tokens, dtype=np.float64)
     except ValueError:  # numbers that touch each other
+        return
+    if len(values) > header.n_values and _fills_line(values[header.n_values :], header):
         return
     raise fail(
         f"the header announces {header.n_values} numbers ({header.n_points} points of ordinate data type "
