@@ -188,8 +188,8 @@ class _Fit:
             notes += (f"and {len(events) - 20} more repairs",)
         jump = find_jump(self.train)
         if jump is not None:
-            at, times = plain(jump[0], 4), jump[1]
-            notes += (f"from about {at} s on pulses are {times:.2f} times as far apart as before, at once",)
+            when, times = plain(jump[0], 4), jump[1]
+            notes += (f"from about {when} s on pulses are {times:.2f} times as far apart as before, at once",)
         if self.waveform:
             told = "the angle fits the whole waveform, 0 where it rises through its middle"
             notes += (f"pulses {self.waveform}: {told}",)
