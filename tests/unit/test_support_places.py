@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import sys
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,7 @@ from scipy.linalg import eigh
 from femend.diagnose.locating.dressed import own_values, with_own
 from femend.diagnose.locating.joint import open_joint
 from femend.model import Model, Parameter, Place, ReducedModel, read_model, reduce_model
-from femend.model.places.freed import own_stiffness
+from femend.model.places.freed import freed, own_stiffness
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_plate import CORNERS, NX, NY, plate, supports
@@ -136,6 +138,18 @@ def test_a_support_that_is_skew_to_the_axes_turns_on_its_springs_as_one_that_is_
     clamped = reduce_model(skew(tmp_path, 0.0), 600.0, [6 * INSIDE + 2]).freq
     np.testing.assert_allclose(found[1], found[0], rtol=2e-3)
     assert (found[0][:3] < 0.98 * clamped[:3]).all()
+
+
+def test_what_is_kept_of_a_support_set_free_goes_with_its_model(tmp_path: Path) -> None:
+    model = plate(tmp_path, CORNERS)
+    (corner,) = supports(model)[0].motions[2:3]
+    reduced = reduce_model(model, 600.0, [6 * INSIDE + 2])
+    first = freed(reduced, [corner], [corner])
+    assert freed(reduced, [corner], [corner]).V is first.V
+    gone = weakref.ref(model)
+    del model, reduced, first
+    gc.collect()
+    assert gone() is None
 
 
 def test_a_support_that_no_single_parameter_scales_is_left_out(tmp_path: Path) -> None:

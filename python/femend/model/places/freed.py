@@ -101,7 +101,8 @@ def freed(reduced: ReducedModel, motions: Sequence[HeldMotion], of: Sequence[Hel
     return made if reduced.beams is None else made.without(reduced.beams)
 
 
-# of every model without supports the last one with motions free: its basis before, and the motions
+# of every model the last one with motions free, which knows the deck without supports alone: its basis before, and the
+# motions
 _kept: weakref.WeakKeyDictionary[Model, tuple[Basis, tuple[HeldMotion, ...], ReducedModel]] = (
     weakref.WeakKeyDictionary()
 )
@@ -109,10 +110,9 @@ _kept: weakref.WeakKeyDictionary[Model, tuple[Basis, tuple[HeldMotion, ...], Red
 
 def _all_free(reduced: ReducedModel, motions: tuple[HeldMotion, ...]) -> ReducedModel:
     """The model with all `motions` free, by its deck without supports; made once for a basis."""
-    free = reduced.model.unsupported
-    kept = _kept.get(free)
+    kept = _kept.get(reduced.model)
     if kept is None or kept[0] is not reduced.V or kept[1] != motions:
-        kept = _kept[free] = (reduced.V, motions, _free(reduced, motions))
+        kept = _kept[reduced.model] = (reduced.V, motions, _free(reduced, motions))
     return kept[2]
 
 
