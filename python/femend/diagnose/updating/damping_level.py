@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femend.diagnose.settings import AT_NOISE
 from femend.estimate import Fit, Problem
 from femend.estimate.fit import DAMPING_SD
 
@@ -21,7 +22,10 @@ TOLD, FEWEST = 0.5, 4
 
 def at_its_level(problem: Problem, null: Fit) -> tuple[Problem, Fit]:
     """The problem with damping ratios expected around the median of those that an updated model shows, and that model
-    fitted in it; both as they are where the median is within a prior deviation of what is expected, or of few modes."""
+    fitted in it; both as they are where the median is within a prior deviation of what is expected, or of few modes,
+    and where the model leaves more than noise: it is bent then, its damping most of all."""
+    if null.score > AT_NOISE:
+        return problem, null
     first = len(null.hypothesis.reduced.names) + problem.n_tuned
     ln = null.p[first : first + problem.n_tuned]
     covariance = np.linalg.pinv(null.hessian)
