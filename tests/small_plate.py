@@ -18,6 +18,21 @@ NX, NY, SIDE = 12, 8, 0.025
 CORNERS = (1, 13, 105, 117)
 
 
+def mesh(side: float = SIDE, turn: float = 0.0) -> list[str]:
+    """Cards of the nodes and shells of a plate whose elements are squares of a `side`, turned about Z."""
+    c, s = np.cos(turn), np.sin(turn)
+    lines = []
+    for j in range(NY + 1):
+        for i in range(NX + 1):
+            x, y = side * i, side * j
+            lines.append(f"GRID,{1 + i + (NX + 1) * j},,{c * x - s * y:.5f},{s * x + c * y:.5f},0.")
+    for j in range(NY):
+        for i in range(NX):
+            n = 1 + i + (NX + 1) * j
+            lines.append(f"CQUAD4,{1 + i + NX * j},1,{n},{n + 1},{n + NX + 2},{n + NX + 1}")
+    return lines
+
+
 def plate(
     folder: Path,
     held: tuple[int, ...],
@@ -28,13 +43,7 @@ def plate(
     """A plate on its corners; in-plane motion held everywhere, as for a plate that bends."""
     lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "PARAM,COUPMASS,1", "MAT1,1,7.+10,,0.33,2700."]
     lines += [f"PSHELL,1,1,{thickness},1,,1"]
-    for j in range(NY + 1):
-        for i in range(NX + 1):
-            lines.append(f"GRID,{1 + i + (NX + 1) * j},,{i * SIDE:.3f},{j * SIDE:.3f},0.")
-    for j in range(NY):
-        for i in range(NX):
-            n = 1 + i + (NX + 1) * j
-            lines.append(f"CQUAD4,{1 + i + NX * j},1,{n},{n + 1},{n + NX + 2},{n + NX + 1}")
+    lines += mesh()
     lines += [f"SPC1,1,126,1,THRU,{(NX + 1) * (NY + 1)}", *(f"SPC1,1,3,{n}" for n in held)]
     lines += [*([more] if more else []), "ENDDATA", ""]
     path = folder / "plate.bdf"

@@ -17,7 +17,7 @@ from femend.model import Model, Parameter, Place, ReducedModel, read_model, redu
 from femend.model.places.freed import freed, own_stiffness
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_plate import CORNERS, NX, NY, plate, supports
+from small_plate import CORNERS, NX, NY, SIDE, mesh, plate, supports
 
 INSIDE = 18
 
@@ -108,15 +108,7 @@ def skew(folder: Path, turn: float) -> Model:
         "MAT1,1,7.+4,,0.33,2.7-9",
         "PSHELL,1,1,3.,1,,1",
     ]
-    c, s = np.cos(turn), np.sin(turn)
-    for j in range(NY + 1):
-        for i in range(NX + 1):
-            x, y = 25.0 * i, 25.0 * j
-            lines.append(f"GRID,{1 + i + (NX + 1) * j},,{c * x - s * y:.5f},{s * x + c * y:.5f},0.")
-    for j in range(NY):
-        for i in range(NX):
-            n = 1 + i + (NX + 1) * j
-            lines.append(f"CQUAD4,{1 + i + NX * j},1,{n},{n + 1},{n + NX + 2},{n + NX + 1}")
+    lines += mesh(1000 * SIDE, turn)
     lines += [f"SPC1,1,126,1,THRU,{(NX + 1) * (NY + 1)}", *(f"SPC1,1,345,{1 + (NX + 1) * j}" for j in range(NY + 1))]
     path = folder / "skew.bdf"
     path.write_text("\n".join([*lines, "ENDDATA", ""]))

@@ -41,5 +41,5 @@ def doubted_twice(compared: Sequence[Compared]) -> list[str]:
 
 def without_twins(c: Compared) -> NDArray[np.float64]:
     """AutoMAC (n, n) of the test without modes that stand there twice."""
-    keep = [i for i in range(len(c.automac)) if i not in twins(c)]
+    keep = sorted(set(range(len(c.automac))) - set(twins(c)))
     return c.automac[np.ix_(keep, keep)]

@@ -135,8 +135,7 @@ def _forces_first(found: list[Located], settings: Settings) -> list[Located]:
     if not forces or found[0].place.kind != "base" or found[0].fit.score <= settings.consistent:
         return found
     least = forces[0].cost - settings.margin * max(found[0].fit.score, 1.0)
-    first = [one for one in found if one.place.kind == "base" and one.cost < least]
-    return [*first, *forces, *(one for one in found if one.place.kind == "base" and one.cost >= least)]
+    return sorted(found, key=lambda one: one.place.kind == "base" and one.cost >= least)
 
 
 def _likeliest(
@@ -204,13 +203,13 @@ def _beside(model: Model, problem: Problem, drive: Place, p: FloatArray, places:
     """The model updated from unknowns `p` with a force at the place `drive`, and the places of what is missing beside
     it."""
     moving = as_moving_base(model, drive) if drive.kind == "base" else None
-    if moving is not None:
+    if moving is None:
+        start = updated_by(model, problem.driven_at(drive), _row(drive), p)
+    else:
         # `p` has one mode less
         under = problem.driven_at(moving).with_modes(problem.n_tuned + 1)
         start = updated_by(model, under, (), p, partial(on_moving_base, moving))
-        return None if start is None else _placed(moving, start, places)
-    start = updated_by(model, problem.driven_at(drive), _row(drive), p)
-    return None if start is None else _placed(drive, start, places)
+    return None if start is None else _placed(moving or drive, start, places)
 
 
 def _row(drive: Place) -> list[int]:

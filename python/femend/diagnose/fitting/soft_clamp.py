@@ -4,10 +4,9 @@ under the support of a shell or solid against each motion of it as a rigid whole
 A law in one direction of a cut cannot say this: the directions of a beam's end are coupled. And a support of shells or
 solids is often a hundred times softer than the elements around it, so that what a law takes from these has to be right
 to a per cent and to follow what the model's parameters do to them. So the held DOFs are set free and stand on springs,
-whose stiffnesses are unknowns of the model beside its parameters. From springs in all
-directions that the band shows the least determined one is taken away in turns; what is left at each turn, each
-direction by itself, and the best of these with one more are candidates like all others. More directions have to win
-against fewer as every law has to.
+whose stiffnesses are unknowns of the model beside its parameters. From springs in all directions that the band shows
+the least determined one is taken away in turns; what is left at each turn, each direction by itself, and the best of
+these with one more are candidates like all others. More directions have to win against fewer as every law has to.
 """
 
 from __future__ import annotations

@@ -35,27 +35,21 @@ SPRING_SD = 3.0
 NOTHING_NEW = 1e-9
 
 
-def _positions(free: Model, rows: Sequence[int]) -> NDArray[np.int64]:
-    """Positions of DOFs `rows` of the g-set among the independent ones of the model without supports.
-
-    Raises ModelError for one that nothing but the supports holds: a dependent DOF, or one held at its GRID.
-    """
-    at = {int(g): i for i, g in enumerate(free.g_rows())}
-    for row in rows:
-        if int(row) not in at:
-            dof = f"{int(free.node_ids[row // 6])} {AXES[row % 6]}"
-            raise ModelError(f"DOF {dof} cannot be set free: no SPC set of the deck holds it; release it there by hand")
-    return np.array([at[int(row)] for row in rows], dtype=np.int64)
-
-
 def _pattern(free: Model, motions: Sequence[HeldMotion]) -> FloatArray:
     """Displacements (n_a, n) of the independent DOFs of the model without supports in a unit of each motion.
 
-    Raises ModelError as `_positions`.
+    Raises ModelError for a DOF that nothing but the supports holds: a dependent one, or one held at its GRID.
     """
-    T = np.zeros((len(free.g_rows()), len(motions)))
+    at = {int(g): i for i, g in enumerate(free.g_rows())}
+    T = np.zeros((len(at), len(motions)))
     for column, motion in zip(T.T, motions, strict=True):
-        column[_positions(free, motion.rows)] = motion.values
+        for row, value in zip(motion.rows, motion.values, strict=True):
+            if row not in at:
+                dof = f"{int(free.node_ids[row // 6])} {AXES[row % 6]}"
+                raise ModelError(
+                    f"DOF {dof} cannot be set free: no SPC set of the deck holds it; release it there by hand"
+                )
+            column[at[row]] = value
     return T
 
 
@@ -74,12 +68,10 @@ def own_stiffness(model: Model, motions: Sequence[HeldMotion]) -> FloatArray:
     an SPC set holds (their GRID, the rigid element they belong to)."""
     free = model.unsupported
     there = {int(g) for g in free.g_rows()}
-    K = free.matrices()[0]
+    known = [i for i, motion in enumerate(motions) if there.issuperset(motion.rows)]
+    T = _pattern(free, [motions[i] for i in known])
     own = np.zeros(len(motions))
-    for i, motion in enumerate(motions):
-        if there.issuperset(motion.rows):
-            (t,) = _pattern(free, [motion]).T
-            own[i] = t @ (K @ t)
+    own[known] = np.einsum("ij,ij->j", T, free.matrices()[0] @ T)
     return own
 
 

@@ -37,17 +37,17 @@ def support_places(model: Model, held: NDArray[np.bool_], without: Sequence[int]
     which have places of their own). `held` (n_g,) are the DOFs of the g-set that cannot move."""
     at = {int(n): i for i, n in enumerate(model.node_ids)}
     around = _around(model, set(without))
-    places: list[Place] = []
+    found: list[tuple[int, dict[int, int]]] = []
     for c in range(6):
         nodes = {n for n in around if _holds(held, at[n], c)}
         regions = sorted(sorted(group) for group in connected(model, nodes))
-        if len(regions) > MAX_REGIONS:
-            continue
-        for region in regions:
-            place = _place(model, held, {n: at[n] for n in region}, around, c)
-            if place is not None:
-                places.append(place)
-    return places
+        if len(regions) <= MAX_REGIONS:
+            found += [(c, {n: at[n] for n in region}) for region in regions]
+    if not found:
+        return []
+    loose = frozenset(model.unsupported.g_rows().tolist())
+    places = [_place(model, held, region, around, c, loose) for c, region in found]
+    return [place for place in places if place is not None]
 
 
 def _holds(held: NDArray[np.bool_], at: int, c: int) -> bool:
@@ -73,9 +73,10 @@ def _place(
     region: dict[int, int],
     around: dict[int, list[int]],
     c: int,
+    loose: frozenset[int],
 ) -> Place | None:
     """The region (nodes with their positions) cut loose in one rigid motion; None where nothing resists that, or no one
-    parameter scales it all."""
+    parameter scales it all. `loose` are the rows of the g-set that nothing but SPC sets holds."""
     elements = sorted({eid for n in region for eid in around[n]})
     if len(elements) > MAX_ELEMENTS:
         return None
@@ -105,22 +106,21 @@ def _place(
     (parameter,) = scaled
     return Place(
         "support", own, AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S,
-        motions=_motions(model, held, list(region.values())),
+        motions=_motions(model, held, list(region.values()), loose),
     )  # fmt: skip
 
 
-def _motions(model: Model, held: NDArray[np.bool_], at: list[int]) -> tuple[HeldMotion, ...]:
+def _motions(model: Model, held: NDArray[np.bool_], at: list[int], loose: frozenset[int]) -> tuple[HeldMotion, ...]:
     """Every translation along which, and rotation about the middle in which, all nodes at the positions `at` are held,
-    and by nothing but SPC sets. Rotations of nodes that nothing resists, as those of solids, are no part of it; none
-    where a frame is turned against the axes and its node is not held in all of its directions."""
+    and by nothing but SPC sets (`loose`). Rotations of nodes that nothing resists, as those of solids, are no part of
+    it; none where a frame is turned against the axes and its node is not held in all of its directions."""
     if not all(np.array_equal(model.frames[i], np.eye(3)) or _holds(held, i, 3) for i in at):
         return ()
-    free = {int(row) for row in model.unsupported.g_rows()}
     found = []
     for c in range(6):
         motion = _rigid(model, held, at, c) if all(_holds(held, i, c) for i in at) else {}
-        there = {row: value for row, value in motion.items() if row in free}
-        if there and all(row % 6 > 2 for row in motion if row not in free):
+        there = {row: value for row, value in motion.items() if row in loose}
+        if there and all(row % 6 > 2 for row in motion if row not in loose):
             found.append(HeldMotion(c, tuple(there), tuple(there.values())))
     return tuple(found)
 
