@@ -184,3 +184,20 @@ def test_a_law_of_a_beginning_whose_motion_can_be_followed_is_not_all(
     assert found.verdict == "located-not-named"
     assert found.best is not None
     assert found.advice == "something else is missing"
+
+
+def test_a_law_that_all_recordings_together_hardly_show_is_not_told(run: StudyRun) -> None:
+    """A pipe's control was told a mass of 0.0005 +- 0.0022: of two blows the one predicted the other badly, but a model
+    fitted to both left as little without the mass."""
+    undecided = replace(run.diagnosis, verdict="", best=None, place=None, advice="")
+    law = run.diagnosis.best
+    assert law is not None
+    null = undecided.null
+    hardly = replace(null, misfit=np.full_like(null.misfit, 1.0001 * law.fitted), prior=law.prior)
+    told = decide(replace(undecided, null=hardly))
+    assert told.best is None
+    assert told.verdict != "missing-physics"
+    assert "support stiffness" in told.advice
+    assert "less than what a law's parameters cost" in told.advice
+    clearly = replace(null, misfit=np.full_like(null.misfit, 1.2 * law.fitted), prior=law.prior)
+    assert decide(replace(undecided, null=clearly)).verdict == "missing-physics"

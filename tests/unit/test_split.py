@@ -50,6 +50,13 @@ def test_the_lowest_that_shows_it_chooses_where_there_are_several() -> None:
     assert (names(found.fitting), names(found.choosing)) == (["mid", "high"], ["low"])
 
 
+def test_what_the_middle_one_alone_shows_is_fitted_to_it_and_leaves_another_as_it_is() -> None:
+    """A record struck at another place, or across it, shows nothing of it."""
+    found = split([9.0, 1.0, 1.0], [1.0, 0.9, 0.9])
+    assert (names(found.fitting), names(found.choosing)) == (["mid", "high"], ["mid", "low"])
+    assert [r.name for r in found.unseen] == ["low"]
+
+
 def test_a_model_that_lacks_nothing_keeps_the_middle_one() -> None:
     assert names(split([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]).choosing) == ["mid"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from femend.diagnose.deciding.outcome import Diagnosis
-from femend.diagnose.evidence import fall
+from femend.diagnose.evidence import deviance, fall, price
 from femend.diagnose.fitting.candidates import Candidate, standard_deviations
-from femend.diagnose.naming.ranked import Ranked, at_one_level
+from femend.diagnose.naming.ranked import Ranked, at_one_level, effective_values
 from femend.diagnose.naming.shares import needed_share, share_explained
 from femend.diagnose.updating.levels import depends_on_level
 
@@ -20,6 +20,7 @@ __all__ = [
     "clearly_missing",
     "share_taken",
     "stands_out",
+    "worth_its_price",
 ]
 
 # gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
@@ -91,6 +92,21 @@ def as_drawn(part: Candidate) -> bool:
     sd = standard_deviations(part.covariance, left=part.fitted)
     away = [1.0 if name == "k" else float(np.expm1(abs(np.log(value)))) for name, value in part.values.items()]
     return bool(np.all(np.array(away) < INTERVAL * sd))
+
+
+def worth_its_price(found: Diagnosis, law: Candidate) -> bool:
+    """Whether a law fitted to all recordings explains more of them than the updated model fitted to them does, by what
+    its parameters cost. Where each recording is needed to tell the model's own unknowns, a model fitted to some of them
+    predicts another badly, which a law at hand may make up for by chance; all of them together show that it is none.
+
+    A law that was followed for a beginning alone is not compared with whole recordings.
+    """
+    if found.sigma > 0 or law.sigma > 0:
+        return True
+    n_values = effective_values(found.problem, found.reduced)
+    alone = deviance(found.null.score, n_values) + found.null.prior
+    priced = deviance(law.fitted, n_values) + law.prior + price(found.settings, n_values) * law.n_law
+    return alone > priced
 
 
 def share_taken(found: Diagnosis, best: Ranked) -> float:

@@ -14,6 +14,7 @@ from femend.diagnose.deciding.accepted import (
     clearly_missing,
     share_taken,
     stands_out,
+    worth_its_price,
 )
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.outside_band import further_outside_alone
@@ -110,6 +111,13 @@ def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
             found,
             f"a factor on the stiffness {best.located.place.where} explains the data that chose best, but is {factor} "
             "when fitted to all recordings, which is as drawn within its interval",
+        )
+    if best.located is not None and not worth_its_price(found, refitted):
+        return _no_law(
+            found,
+            f"{best.name.replace('_', ' ')} {best.located.place.where} explains the data that chose best, but the "
+            f"model fitted to all recordings leaves {plain(refitted.fitted, 3)} times what noise explains with it and "
+            f"{plain(found.null.score, 3)} times without, less than what a law's parameters cost",
         )
     bent = bends(found, best)
     enough = named and adequate(found, best) and not bent

@@ -86,8 +86,9 @@ def split_records(problem: Problem, null: Fit | None = None, located: Sequence[L
 
     A law that acts at high level alone (a stop that is reached, a stiffness that grows) leaves no trace there. Where
     the middle record hardly shows what a free force at the best place takes away from the updated model `null`, the
-    lowest one that shows it is kept instead; if the highest alone does, it is fitted and chooses too, beside the middle
-    one that the law has to leave as it is. Of a single record a part is held back, where it is long enough.
+    lowest one that shows it is kept instead; if one alone does (the highest, or the one that was struck elsewhere), it
+    is fitted and chooses too, beside the middle one of the others that the law has to leave as it is. Of a single
+    record a part is held back, where it is long enough.
     """
     problem = problem.sparing(NAMING_LINES)
     records = problem.records
@@ -102,19 +103,26 @@ def split_by(problem: Problem, drops: FloatArray) -> Split:
     (n_records,) says how much of that is in each."""
     records = problem.records
     order = [int(i) for i in np.argsort([r.level for r in records])]
-    middle = order[(len(order) - 1) // 2 if len(order) < 3 else len(order) // 2]
-    fitted, choosing = [i for i in order if i != middle], [middle]
+    middle = _middle(order)
+    choosing, kept = [middle], middle
+    telling = [i for i in order if drops[i] >= TELLING * drops.max()]
     if drops[middle] < SILENT * drops.max():
-        telling = [i for i in order if drops[i] >= TELLING * drops.max()]
-        if len(telling) > 1:
-            fitted, choosing = [i for i in order if i != telling[0]], telling[:1]
-        else:
-            choosing = [middle, *telling]
+        choosing, kept = (telling[:1], telling[0]) if len(telling) > 1 else ([middle, *telling], middle)
+    elif max(drops[i] for i in order if i != middle) < SILENT * drops.max():
+        # a law fitted to the others would be fitted to nothing
+        kept = _middle([i for i in order if i != middle])
+        choosing = [kept, middle]
+    fitted = [i for i in order if i != kept]
 
     def part(chosen: list[int]) -> Problem:
         return problem.on([r for i, r in enumerate(records) if i in chosen])
 
     return Split(problem, part(fitted), part(choosing))
+
+
+def _middle(order: Sequence[int]) -> int:
+    """The one of middle level of several in rising order of it, the lower one of two."""
+    return order[(len(order) - 1) // 2 if len(order) < 3 else len(order) // 2]
 
 
 def weaker_first(split: Split) -> Split | None:
