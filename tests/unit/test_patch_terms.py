@@ -11,7 +11,7 @@ import pytest
 from scipy.sparse import csc_array
 
 from femend.model import Model, read_model
-from femend.study.result.patch import deck_cards
+from femend.study.result.patch import cards_told, deck_cards
 
 DECK = """BEGIN BULK
 CORD2R,7,,0.0,0.0,0.0,0.0,0.0,1.0
@@ -85,6 +85,54 @@ def test_what_no_card_holds_is_a_comment(model: Model) -> None:
     assert cards(model, finding("support_stiffness", [3, 4], "X", {"k": 1.0})) == []
     assert cards(model, finding("support_stiffness", [3, 4], "", {"k": 1.0})) == []
     assert cards(model, finding("cubic_stiffness", [1, 3], "", {"k3": 1.0})) == []
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        (
+            finding("joint_stiffness", [2], "RY", {"k": 120.0}, to="member to node 3"),
+            ("member at node 2 in RY, at the end of the member to node 3, stiffness 120", "at the place of node 2"),
+        ),
+        (
+            finding("joint_stiffness", [1, 3], "", {"factor": 0.1}, elements=[21]),
+            ("between nodes 1 and 3, factor 0.1", "give elements 21 a property of their own with that factor"),
+        ),
+        (finding("joint_stiffness", [1, 3], "", {"factor": 0.1}), ("give the elements between nodes 1 and 3 a",)),
+        (finding("cubic_stiffness", [3], "Z", {"k3": 1.0e9}), ("cubic stiffness at node 3 in Z", "hold no such law")),
+        (finding("cubic_stiffness", [2], "RY", {"k3": 9.0}, to="member to node 3"), ("hold no such law",)),
+        (finding("compliant_support", [1, 2, 3], "", {"k1": 5.0e6}), ("by an RBE2 to a node of its own",)),
+        (finding("support_stiffness", [3, 4], "X", {"k": 1.0}), ("put it in by hand (CELAS2",)),
+    ],
+)
+def test_what_no_card_holds_is_told(model: Model, found: dict[str, Any], words: tuple[str, ...]) -> None:
+    """A comment alone is easily overlooked: the deck would be run as if what was found were in it."""
+    beside = finding("support_stiffness", [3], "Z", {"k": 1.0})
+    (said,) = cards_told(model, {"findings": [beside, found]})
+    assert said.startswith("the updated deck does not contain what was found (")
+    assert all(word in said for word in words), said
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        finding("tuned_absorber", [3], "Z", {"m": 0.2, "k": 3.0, "c": 4.0}),
+        # a load is no part of a deck, and there is nothing to put in of a place without a law
+        finding("unmeasured_force", [3], "Z", {"rms": 4.0}),
+        finding("", [3], "Z", {}),
+        {**finding("cubic_stiffness", [3], "Z", {"k3": 4.0}), "class": "elastic force"},
+    ],
+)
+def test_nothing_is_told_of_what_has_cards_or_needs_none(model: Model, found: dict[str, Any]) -> None:
+    assert cards_told(model, {"findings": [found]}) == []
+
+
+def test_springs_that_no_case_control_stands_on_are_told(tmp_path: Path) -> None:
+    found = {"findings": [finding("compliant_support", [1], "X", {"k1": 5.0e6})]}
+    held = DECK.replace("ENDDATA", "SPC1,1,123456,1\nENDDATA")
+    (said,) = cards_told(model_of_text(tmp_path, held), found)
+    assert "do nothing until case control selects SPC set 900001" in said
+    assert cards_told(model_of_text(tmp_path, held.replace("BEGIN", "SPC = 1\nBEGIN", 1)), found) == []
 
 
 def test_what_a_factor_is_of_is_said(model: Model) -> None:

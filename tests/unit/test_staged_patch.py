@@ -12,7 +12,7 @@ import pytest
 from femend.io.deck import FieldChange
 from femend.model import Parameter, read_model
 from femend.study.result.deck_told import deck_told
-from femend.study.staged.patch import staged_cards, staged_changes
+from femend.study.staged.patch import staged_cards, staged_changes, staged_told
 
 DECK = """BEGIN BULK
 GRID,1,,0.,0.,0.
@@ -36,7 +36,7 @@ def springs(folder: Path, bush: str) -> tuple[Any, Any]:
     names = tuple(f"bending: {name}" for name in VALUES)
     unknowns = SimpleNamespace(names=names, index=names.index)
     term = SimpleNamespace(
-        physics="spring_bending", name="bending", property_id=9, configurations=(),
+        physics="spring_bending", name="bending", label="moments in springs", property_id=9, configurations=(),
         unknowns=[SimpleNamespace(name=name) for name in names],
     )  # fmt: skip
     posterior = SimpleNamespace(values=np.array(list(VALUES.values())), unknowns=unknowns)
@@ -54,6 +54,28 @@ def test_those_without_columns_are_told(tmp_path: Path) -> None:
     assert staged_changes(setup, flow) == []
     said = " ".join(staged_cards(setup, flow)).replace("$ femend: ", "")
     assert "PBUSH 9 has no columns for K4 = 30, K5 = 40, K6 = 50: put them into its K line by hand" in said
+
+
+def test_what_the_deck_lacks_is_told(tmp_path: Path) -> None:
+    (wide,) = staged_told(*springs(tmp_path, WIDE))
+    assert wide.startswith("the updated deck does not contain of the moments in springs: the coupling")
+    (short,) = staged_told(*springs(tmp_path, SHORT))
+    assert "K4 = 30 (put it into the K line of PBUSH 9" in short
+    assert "K6 = 50" in short
+
+
+@pytest.mark.parametrize(
+    ("physics", "words"),
+    [("gyroscopic", "a deck at rest has no card for it"), ("joint_stiffness", "with 0.4 times its stiffness")],
+)
+def test_terms_that_no_card_holds_are_told(tmp_path: Path, physics: str, words: str) -> None:
+    setup, flow = springs(tmp_path, WIDE)
+    unknowns = [SimpleNamespace(name="term: factor")]
+    flow.terms = [SimpleNamespace(physics=physics, name="term", label="", configurations=(), unknowns=unknowns)]
+    names = ("term: factor",)
+    flow.posterior = SimpleNamespace(values=np.array([0.4]), unknowns=SimpleNamespace(names=names, index=names.index))
+    (said,) = staged_told(setup, flow)
+    assert words in said
 
 
 @pytest.mark.parametrize("cards", [(), ("CELAS2,99,1.0+5,2,3",)])

@@ -37,7 +37,7 @@ from femend.study.file.study import Study
 from femend.study.free_dashpots import with_free_dashpots
 from femend.study.result.deck_told import deck_told
 from femend.study.result.interruption import StudyInterrupted, nothing_settled
-from femend.study.result.patch import deck_cards, deck_changes, on_new_supports
+from femend.study.result.patch import cards_told, deck_cards, deck_changes, on_new_supports
 from femend.study.result.predictions import predict_all, write_predictions
 from femend.study.result.result import result_of
 from femend.study.result.study_run import StudyRun
@@ -329,7 +329,8 @@ def _spc(study: Study) -> int | None:
 def _write(run: StudyRun, out: Path, info: RunInfo) -> None:
     patched = _patched(run)
     factors = {name: entry["factor"] for name, entry in run.result["parameters"].items()}
-    run.result["warnings"] = [*run.result["warnings"], *deck_told(run.model, factors, patched)]
+    told = [*deck_told(run.model, factors, patched), *cards_told(run.model, run.result)]
+    run.result["warnings"] = [*run.result["warnings"], *told]
     with OutputDirectory(out) as folder:
         (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
         write_predictions(folder, run.predictions)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,9 @@ from femend.model.patched.deck_changes import deck_changes
 from femend.model.terms.supports import held_rows
 from femend.report.vocabulary import DIRECTIONS
 from femend.study.result.damped_cards import Ids, damped_cards
+from femend.study.result.without_cards import without_cards
 
-__all__ = ["deck_cards", "deck_changes", "on_new_supports"]
+__all__ = ["cards_told", "deck_cards", "deck_changes", "on_new_supports"]
 
 # where ids of SPC sets that the deck does not have are looked for, and the nodes of an SPC1 in one line
 FIRST_SET, NODES_A_LINE = 900001, 6
@@ -32,8 +33,7 @@ _BULK = re.compile(rb"^[ \t]*BEGIN[ \t]+BULK|^[ \t]*BEGIN[ \t]*=[ \t]*BULK", re.
 def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
     """Bulk-data lines for the new terms: cards where Nastran has some that fit, their descriptions as comments."""
     lines: list[str] = []
-    id_, pid, point = (next_id(model.deck, kind) for kind in ("element", "property", "node"))
-    for finding in result["findings"]:
+    for finding, cards in _terms(model, result):
         where = finding["location"]
         values = {name: v["value"] for name, v in finding["parameters"].items()}
         words = ", ".join(
@@ -41,14 +41,35 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         )
         name = finding["physics"] or "unnamed"
         words = words or finding.get("class", "")
-        cards = _term(model, Ids(id_, pid, point), finding["physics"], where, values)
-        springs = _springs(finding["physics"], where, values)
-        cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
-        id_, pid, point = id_ + len(cards), pid + 1, point + sum(card.startswith("SPOINT") for card in cards)
         of = f" (elements {', '.join(map(str, where['elements']))})" if where.get("elements") else ""
         lines += [f"$ femend: {name} {_place(where)}{of}", f"$ femend: {words}", *cards]
     soft = _soft(result)
     return lines + (_supports(model, soft) if soft else [])
+
+
+def _terms(model: Model, result: dict[str, Any]) -> Iterator[tuple[dict[str, Any], list[str]]]:
+    """Every finding with its cards; none where none fit."""
+    id_, pid, point = (next_id(model.deck, kind) for kind in ("element", "property", "node"))
+    for finding in result["findings"]:
+        where = finding["location"]
+        values = {name: v["value"] for name, v in finding["parameters"].items()}
+        cards = _term(model, Ids(id_, pid, point), finding["physics"], where, values)
+        springs = _springs(finding["physics"], where, values)
+        cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
+        id_, pid, point = id_ + len(cards), pid + 1, point + sum(card.startswith("SPOINT") for card in cards)
+        yield finding, cards
+
+
+def cards_told(model: Model, result: dict[str, Any]) -> list[str]:
+    """Sentences on what the lines of `deck_cards` do not do: findings that have no cards, and springs under nodes that
+    the deck's own SPC set goes on to hold."""
+    told = [without_cards(finding) for finding, cards in _terms(model, result) if not cards]
+    if _soft(result) and not _selects(Path(model.deck.path).read_bytes(), model):
+        told.append(
+            "the springs under held nodes that were added to the updated deck do nothing until case control selects "
+            f"SPC set {_new_set(model)} of it, which leaves these nodes to them"
+        )
+    return list(filter(None, told))
 
 
 def _place(where: dict[str, Any]) -> str:

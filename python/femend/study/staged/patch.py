@@ -11,9 +11,11 @@ from femend.model.cards.card_mass import mass_of_card
 from femend.model.cards.real_field import real
 from femend.model.cards.section_fields import bush_fields
 from femend.model.terms.linear_terms import LinearTerm
+from femend.numerals import plain
 from femend.study.result.patch import deck_changes
+from femend.study.result.without_cards import LACKS
 
-__all__ = ["staged_cards", "staged_changes", "staged_factors"]
+__all__ = ["staged_cards", "staged_changes", "staged_factors", "staged_told"]
 
 _ROTATIONS = {"k_rot_x": "k4", "k_rot_y": "k5", "k_rot_z": "k6"}
 _INERTIA = {"I11": 12, "I22": 14, "I33": 17}
@@ -87,6 +89,39 @@ def staged_cards(setup: Setup, flow: Flow) -> list[str]:
     return lines
 
 
+def staged_told(setup: Setup, flow: Flow) -> list[str]:
+    """Sentences on what the lines of `staged_cards` do not hold of the terms, and on springs under held nodes."""
+    return [said for term in flow.terms if (said := _told(setup, term, _values(flow, term)))]
+
+
+def _told(setup: Setup, term: LinearTerm, values: dict[str, float]) -> str:
+    label = term.label or term.name
+    if term.physics == "compliant_support" and _support(setup, term, values, 1)[0]:
+        return (
+            f"springs and dashpots of the {label}, which were added to the updated deck, do nothing until case control "
+            "selects an SPC set (or SPC = 0) without these nodes"
+        )
+    if term.physics == "spring_bending":
+        lost, pid = _lost(setup, term, values), term.property_id
+        parts = [f"{k} = {v} (put it into the K line of PBUSH {pid}, which has no columns for it)" for k, v in lost]
+        if "coupling" in values:
+            parts.append(
+                f"the coupling of translation and rotation, {plain(values['coupling'])}, for which PBUSH has no field"
+            )
+        return f"{LACKS} of the {label}: {'; '.join(parts)}" if parts else ""
+    if term.physics in ("gyroscopic", "speed_stiffness"):
+        return (
+            f"{LACKS} the {label}, which acts with the speed of rotation and stands there as a comment: a deck at rest "
+            "has no card for it, so put it into the rotor analysis with the values of result.json"
+        )
+    if term.physics in ("added_mass", "support_stiffness") or term.name.startswith("inertia of mass"):
+        return ""
+    return (
+        f"{LACKS} what was found of the {label}, which stands there as a comment: give its element a property of its "
+        f"own with {plain(next(iter(values.values()), 1.0))} times its stiffness (the moduli of a material of its own)"
+    )
+
+
 def _comment(text: str, width: int = 70) -> list[str]:
     out, line = [], ""
     for word in text.split():
@@ -116,15 +151,23 @@ def _cards(setup: Setup, term: LinearTerm, values: dict[str, float], element: in
 
 def _where(setup: Setup, term: LinearTerm, values: dict[str, float]) -> str:
     """Where the stiffnesses of springs that bend stand, and which have to be put in by hand."""
-    all_of = {name.upper(): key for key, name in _ROTATIONS.items() if key in values}
-    written = {change.field for change in _rotations(setup, term, values)}
-    pid = int(term.property_id or 0)
-    lost = [k for k in all_of if not written & set(bush_fields(setup.free.deck, pid, k.lower()))]
+    pid, lost = int(term.property_id or 0), _lost(setup, term, values)
     told = "k_rot stand in PBUSH K4 to K6; the coupling has no field there"
     if not lost:
         return told
-    named = ", ".join(f"{k} = {values[all_of[k]]:.6g}" for k in lost)
+    named = ", ".join(f"{k} = {v}" for k, v in lost)
     return f"PBUSH {pid} has no columns for {named}: put them into its K line by hand; the coupling has no field there"
+
+
+def _lost(setup: Setup, term: LinearTerm, values: dict[str, float]) -> list[tuple[str, str]]:
+    """Names (K4 to K6) and values of the rotational stiffnesses that the springs' property has no columns for."""
+    written = {change.field for change in _rotations(setup, term, values)}
+    pid = int(term.property_id or 0)
+    return [
+        (name.upper(), f"{values[key]:.6g}")
+        for key, name in _ROTATIONS.items()
+        if key in values and not written & set(bush_fields(setup.free.deck, pid, name))
+    ]
 
 
 def _support(setup: Setup, term: LinearTerm, values: dict[str, float], element: int) -> tuple[list[str], int]:

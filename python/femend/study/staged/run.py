@@ -43,7 +43,7 @@ from femend.study.result.deck_told import deck_told
 from femend.study.result.predictions import write_predictions
 from femend.study.staged.content import staged_content
 from femend.study.staged.doubts import not_held_out, taken_back, without_use
-from femend.study.staged.patch import staged_cards, staged_changes, staged_factors
+from femend.study.staged.patch import staged_cards, staged_changes, staged_factors, staged_told
 from femend.study.staged.predictions import predict_staged
 from femend.study.staged.result import staged_result
 from femend.study.staged.study_run import StagedRun
@@ -162,7 +162,7 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
 def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
     patched = patch_deck(run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final))
     told = deck_told(run.model, staged_factors(run.setup, run.final), patched)
-    run.result["warnings"] = [*run.result["warnings"], *told]
+    run.result["warnings"] = [*run.result["warnings"], *told, *staged_told(run.setup, run.final)]
     # before anything is written, since pictures that cannot be drawn are told among the warnings
     content = staged_content(run, info.as_dict())
     with OutputDirectory(out) as folder:
