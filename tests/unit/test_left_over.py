@@ -137,3 +137,13 @@ def test_near_half_the_sampling_rate_it_is_the_force_only_where_nothing_follows_
     rows = [{"recording": "high", "role": "fit", "noise_floor": 0.05, "parameters": 0.3, "final": 0.3}]
     said = left_beside("missing-physics", rows, [seen], (5.0, 450.0), [record])
     assert ("too few samples to a cycle" in said) is driven
+
+
+def test_an_error_in_a_band_is_of_what_lies_in_it_alone() -> None:
+    t = np.arange(2000) * 1e-3
+    slow, quick = np.sin(2 * np.pi * 10 * t), np.sin(2 * np.pi * 300 * t)
+    channel = Channel(None, "acceleration", "m/s^2", "a")
+    seen = Prediction("high", "fit", 1e-3, (channel,), {"final": 0.9 * slow[None]}, (slow + quick)[None])
+    assert seen.error("final") == pytest.approx(np.sqrt((0.1**2 + 1) / 2))
+    assert seen.error_within("final", (5.0, 100.0)) == pytest.approx(0.1)
+    assert seen.error_within("final", (200.0, 400.0)) == pytest.approx(1.0)

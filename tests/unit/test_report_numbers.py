@@ -15,8 +15,10 @@ import pytest
 
 from femend.cli.summary import summary
 from femend.report import words
+from femend.report.content import ReportContent
 from femend.report.headline import headline
 from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio, significant
+from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.report.svg import Axes, decimate, log_ticks, nice_ticks
 
@@ -266,6 +268,35 @@ def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
     assert headline(worse).endswith("0.17 → 0.18, over all frequencies no better.")
 
 
+def test_a_headline_tells_the_error_in_the_band_that_was_compared() -> None:
+    """Lines that a mesh does not follow are left out of the comparison, and say nothing of what it found."""
+    inside = {"band": [2.0, 180.4], "nominal": 0.5, "parameters": 0.4, "final": 0.02}
+    row = {"recording": "v", "role": "validate", "nominal": 0.6, "parameters": 0.5, "final": 0.31, "in_band": inside}
+    finding = {"physics": "added_mass", "location": {"nodes": [6], "direction": "Z"}}
+    result = {"verdict": "missing-physics", "findings": [finding], "fit": [row]}
+    told = (
+        "unseen recordings 0.40 → 0.02 from 2 to 180 Hz, where models are compared (0.50 → 0.31 over all frequencies)."
+    )
+    assert headline(result).endswith(told)
+    assert "From 2 to 180 Hz, where models are compared: 0.40 → 0.020." in render(
+        ReportContent(title="t", result=result)
+    )
+    # like errors are told once, and so is what is noise
+    like = {**row, "in_band": {**inside, "final": 0.25}}
+    assert headline({**result, "fit": [like]}).endswith("unseen recordings 0.50 → 0.31.")
+    noise = {"recording": "f", "role": "fit", "noise_floor": 0.3}
+    assert headline({**result, "fit": [row, noise]}).endswith("unseen recordings 0.50 → 0.31.")
+    # one that grew over all frequencies alone
+    grew = {**row, "final": 0.52, "in_band": {**inside, "final": 0.39}}
+    assert headline({**result, "fit": [grew]}).endswith(
+        "0.40 → 0.39 from 2 to 180 Hz, where models are compared (0.50 → 0.52 over all frequencies)."
+    )
+    as_given = {"verdict": "consistent", "findings": [], "fit": [{**row, "in_band": {**inside, "nominal": 0.02}}]}
+    assert "(error on unseen recordings 0.020 from 2 to 180 Hz, where models are compared; 0.60 over" in headline(
+        as_given
+    )
+
+
 def test_certainty_does_not_claim_more_than_it_is_given() -> None:
     assert words.certainty(0.999) == "more than 99 % among the hypotheses tried"
     law = {"physics": "clearance", "probability": 0.95}
@@ -322,6 +353,7 @@ def test_run_information_is_written_and_read_back(tmp_path: Path) -> None:
 
 ALLOCATION = """
 import numpy as np
+from femend.report.page import render
 from femend.report.runinfo import RunInfo
 
 info = RunInfo()

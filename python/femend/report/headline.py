@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from femend.numerals import plain
 from femend.report.entries import Result, mapping, number, rows
 from femend.report.mode_words import FrequencyErrors, frequency_errors
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise, noise_without
@@ -30,24 +31,45 @@ from femend.report.words import (
     verdict_name,
 )
 
-__all__ = ["INTERRUPTED", "ErrorGain", "final_error", "headline"]
+__all__ = ["INTERRUPTED", "ErrorGain", "InBand", "final_error", "headline", "tells_in_band"]
 
 # what errors are of
 UNSEEN, FITTED = "unseen recordings", "the fitted recordings"
 _CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
+# errors in the band that models are compared in are told where what is left in it and over all differs by a factor of
+# more than two in square
+APART = 2**0.5
 # status of a run that was stopped before it could decide
 INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True)
+class InBand:
+    """Mean NRMSE before and after in the `band` (Hz) that models are compared in."""
+
+    band: tuple[float, float]
+    before: float
+    after: float
+
+    @property
+    def where(self) -> str:
+        """The band in words."""
+        low, high = self.band
+        ends = f"from {plain(low, 3)} to {plain(high, 3)} Hz" if low > 0 else f"up to {plain(high, 3)} Hz"
+        return f"{ends}, where models are compared"
+
+
+@dataclass(frozen=True)
 class ErrorGain:
-    """Mean NRMSE over the recordings that speak (`which`) before and after, what changed between, and their noise."""
+    """Mean NRMSE over the recordings that speak (`which`) before and after, what changed between, their noise, and the
+    same in the band that models are compared in, where errors over all frequencies say something else."""
 
     which: str
     stage: str
     before: float
     after: float
     noise: float | None
+    inside: InBand | None = None
 
 
 def error_gain(result: Result, before: str, after: str) -> ErrorGain | None:
@@ -62,14 +84,39 @@ def error_gain(result: Result, before: str, after: str) -> ErrorGain | None:
         if known:
             noise = [v for v in (number(r.get("noise_floor")) for r in table) if v is not None]
             changed = "after updating the parameters" if after == "parameters" else _CHANGED[before]
-            return ErrorGain(
+            gain = ErrorGain(
                 which,
                 changed,
                 sum(b for b, _ in known) / len(known),
                 sum(a for _, a in known) / len(known),
                 sum(noise) / len(noise) if noise else None,
             )
+            return replace(gain, inside=_inside(result, gain, table, (before, after)))
     return None
+
+
+def _inside(result: Result, gain: ErrorGain, table: Sequence[Result], stages: tuple[str, str]) -> InBand | None:
+    """The errors of the rows of a `table` in the band, at two `stages`; None where they are not known, like those over
+    all frequencies, or these are noise's."""
+    rows_in = [mapping(row.get("in_band")) for row in table]
+    known = [(number(row.get(stages[0])), number(row.get(stages[1]))) for row in rows_in]
+    pairs = [(b, a) for b, a in known if b is not None and a is not None]
+    bands = {tuple(number(f) or 0.0 for f in row.get("band") or ()) for row in rows_in}
+    if len(pairs) < len(table) or len(bands) != 1 or len(band := bands.pop()) != 2:
+        return None
+    before, after = (sum(values) / len(pairs) for values in zip(*pairs, strict=True))
+    floors = [v for r in rows(result.get("fit")) if (v := number(r.get("noise_floor"))) is not None]
+    of_noise = bool(floors) and gain.after < BEYOND_NOISE * sum(floors) / len(floors)
+    turned = gain.after > gain.before and after < before
+    apart = max(after, gain.after) > APART * min(after, gain.after)
+    return InBand((band[0], band[1]), before, after) if turned or (apart and not of_noise) else None
+
+
+def tells_in_band(result: Result) -> bool:
+    """Whether errors in the band that models are compared in say something else than those over all frequencies."""
+    stages = (("nominal", "nominal"), ("nominal", "parameters"), ("parameters", "final"), ("nominal", "final"))
+    gains = (error_gain(result, before, after) for before, after in stages)
+    return any(gain is not None and gain.inside is not None for gain in gains)
 
 
 def final_error(result: Result) -> ErrorGain | None:
@@ -266,11 +313,19 @@ def _gain(result: Result, before: str, after: str) -> str:
 
 def _gain_text(gain: ErrorGain) -> str:
     kind = "prediction error" if gain.which == UNSEEN else "error"
-    told_apart = f"{gain.before:.2f}" != f"{gain.after:.2f}"
-    decimals = 2 if told_apart and min(gain.before, gain.after) >= 0.0095 else 3
+    if (inside := gain.inside) is not None:
+        over_all = f"{_fall(gain.before, gain.after)} over all frequencies"
+        return f"; {kind} on {gain.which} {_fall(inside.before, inside.after)} {inside.where} ({over_all})"
     # over all of the recordings, also where the models are not compared
     no_better = ", over all frequencies no better" if gain.after > gain.before else ""
-    return f"; {kind} on {gain.which} {gain.before:.{decimals}f} → {gain.after:.{decimals}f}{no_better}"
+    return f"; {kind} on {gain.which} {_fall(gain.before, gain.after)}{no_better}"
+
+
+def _fall(before: float, after: float) -> str:
+    """Two errors, with as many decimals as tell them apart."""
+    told_apart = f"{before:.2f}" != f"{after:.2f}"
+    decimals = 2 if told_apart and min(before, after) >= 0.0095 else 3
+    return f"{before:.{decimals}f} → {after:.{decimals}f}"
 
 
 def _level(result: Result) -> str:
@@ -278,7 +333,12 @@ def _level(result: Result) -> str:
     if gain is None:
         return ""
     floor = f", noise {ratio(gain.noise)}" if gain.noise is not None else ""
-    return f" (error on {gain.which} {ratio(gain.before)}{floor})"
+    error = f"error on {gain.which} {ratio(gain.before)}"
+    if (inside := gain.inside) is not None:
+        error = (
+            f"error on {gain.which} {ratio(inside.before)} {inside.where}; {ratio(gain.before)} over all frequencies"
+        )
+    return f" ({error}{floor})"
 
 
 def _moved(result: Result) -> str:

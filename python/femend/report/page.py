@@ -34,6 +34,7 @@ def render(content: ReportContent) -> str:
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     environment.filters.update(svg=Markup, ratio=ratio, significant=significant, percent=words.percent)
+    environment.filters.update(sentence=words.sentence)
     template = environment.from_string(asset("report.html.j2"))
     mesh = viewer_data(content)
     traces, used = _drawn(content.traces, trace_figure, _FIGURE_BYTES * 2 // 5)

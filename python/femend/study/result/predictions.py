@@ -76,6 +76,21 @@ class Prediction:
         inside = within_band(self.frf.freq, self.band)
         return nrmse(self.stages[stage][inside][:, counted], self.recorded[inside][:, counted])
 
+    def error_within(self, stage: str, band: tuple[float, float]) -> float:
+        """NRMSE of a stage of what lies in a `band` (Hz); that of `error` for FRFs, whose errors count in the band of
+        the diagnosis alone, and nan where nothing was recorded in it. Raises ValueError like `error`."""
+        if self.frf is not None or self.recorded is None:
+            return self.error(stage)
+        counted = self.counted
+        channels, n = [self.channels[i] for i in counted], self.recorded.shape[1]
+        outside = ~within_band(np.fft.rfftfreq(n, self.dt), band)
+        inside = []
+        for values in (self.stages[stage][counted], self.recorded[counted]):
+            lines = np.fft.rfft(values, axis=1)
+            lines[:, outside] = 0.0
+            inside.append(np.fft.irfft(lines, n, axis=1))
+        return motion_error(channels, *inside) if np.any(inside[1]) else float("nan")
+
 
 def nrmse(predicted: Values, recorded: Values) -> float:
     """Root of the summed squared error of `predicted` over that of the summed squares of `recorded`, of one shape.

@@ -18,7 +18,7 @@ from femend.estimate.noise import noise_of
 from femend.model import MeshError
 from femend.model.places.place import AXES, Place
 from femend.numerals import plain
-from femend.report.headline import INTERRUPTED
+from femend.report.headline import INTERRUPTED, tells_in_band
 from femend.report.noise import BEYOND_NOISE, times_noise
 from femend.study.result.findings import ALSO, findings, rounded
 from femend.study.result.held_joint import held_joint
@@ -75,6 +75,7 @@ def result_of(
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     if diagnosis.verdict in ("consistent", "parameters-only"):
         _note_outside(fit, predictions, diagnosis.problem.band)
+    fit = _told_in_band(fit, predictions, diagnosis.problem.band)
     found, verdict = findings(diagnosis), diagnosis.verdict
     turned = turned_force(diagnosis, records)
     if turned is not None:
@@ -217,6 +218,21 @@ def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, fl
     row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": rounded(noise)}
     row.update({stage: rounded(prediction.error(stage)) for stage in STAGES})
     return row
+
+
+def _told_in_band(
+    fit: Sequence[dict[str, Any]], predictions: Sequence[Prediction], band: tuple[float, float]
+) -> list[dict[str, Any]]:
+    """The rows `fit`, with the errors in the band (Hz) beside where they say something else than those over all
+    frequencies. Those of FRFs are errors in the band."""
+    own = {p.name: p for p in predictions if p.frf is None}
+    ends = [rounded(f) for f in band]
+    rows = []
+    for row in fit:
+        prediction = own.get(row["recording"])
+        inside = {} if prediction is None else {s: rounded(prediction.error_within(s, band)) for s in STAGES}
+        rows.append({**row, "in_band": {"band": ends, **inside}} if inside else row)
+    return rows if tells_in_band({"fit": rows}) else list(fit)
 
 
 def _note_outside(fit: Sequence[dict[str, Any]], predictions: Sequence[Prediction], band: tuple[float, float]) -> None:
