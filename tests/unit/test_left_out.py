@@ -147,6 +147,36 @@ def test_rounding_of_the_model_is_no_motion_that_a_sensor_misses(tmp_path: Path,
     assert said.startswith("the sensors at node 4 Z stand still, dead or in a plane that nothing drives")
 
 
+@pytest.mark.parametrize("kind", ["time", "frf"])
+@pytest.mark.parametrize("n", [4, 2])
+def test_a_sensor_that_shows_rounding_alone_is_left_out_of_a_plane_too(tmp_path: Path, kind: str, n: int) -> None:
+    """Nothing moves across it, and it was fitted to a noise of 1e-12 of its neighbours' motion."""
+    plane = in_its_plane(tmp_path)
+    record = recorded(plane, [(7, Y), (5, Y), (4, Y), (3, Y)][:n], (7, Y))
+    y = record.y.copy()
+    rounding = 1e-10 * y[0].std() * np.random.default_rng(4).standard_normal(y.shape[1])
+    y[1] = rounding
+    noise = np.where(np.arange(n) == 1, 1e-2 * rounding.std(), record.noise)
+    dead = replace(record, y=y, noise=noise)
+    dead = dead if kind == "time" else of_frf(dead)
+    _, own, problem = modelled(plane.model, [dead], 0.01)
+    ((row, _, little),) = problem.records[0].crossed
+    assert row == 6 * 4 + Y
+    assert little > 1e8
+    assert len(problem.records[0].out_rows) == n - 1
+    (said,) = _left_out(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
+    assert said.startswith("the sensors at node 5 Y record hardly anything of what the model moves there")
+
+
+def test_a_sensor_with_noise_of_its_own_stays(tmp_path: Path) -> None:
+    plane = in_its_plane(tmp_path)
+    record = recorded(plane, [(7, Y), (5, Y), (4, Y), (3, Y)], (7, Y))
+    y = record.y.copy()
+    y[1] = 1e-5 * y[0].std() * np.random.default_rng(4).standard_normal(y.shape[1])
+    _, _, problem = modelled(plane.model, [replace(record, y=y)], 0.01)
+    assert len(problem.records[0].out_rows) == 4
+
+
 def in_its_plane(folder: Path) -> ReducedModel:
     """The cantilever with its tip mass on the axis but for rounding, so that a force along Y moves Z by rounding."""
     lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,0.33,2700.", "PBAR,1,1,4.-4,3.-9,1.2-8,8.-9"]

@@ -27,20 +27,26 @@ def without_crossed(
     records: Sequence[FitRecord], reduced: ReducedModel, band: tuple[float, float], zeta: float
 ) -> list[FitRecord]:
     """The records without the sensors across which the structure moves `CROSSED` times as much as along them in every
-    record, which `FitRecord.crossed` then names; the same ones where they would keep fewer than three.
+    record, and without those that stand still in all of them, which `FitRecord.crossed` then names; those across which
+    it moves stay where fewer than three would be kept.
 
     Of one that stands still where the model moves nothing either that is without end. How much it moves across is the
-    model's at the deck's values, with damping ratio `zeta` in all modes, under the
-    recorded forces in a `band` (Hz). Without recorded forces nothing is left out.
+    model's at the deck's values, with damping ratio `zeta` in all modes, under the recorded forces in a `band` (Hz).
+    Without recorded forces nothing is left out.
     """
     omega, Q = basis_modes(reduced)
     known = with_across(records, reduced, band, (omega, np.full(len(omega), zeta), Q))
     across = {row: ratio for row, ratio in crossed(known, band).items() if ratio > CROSSED}
     little = less_than_moved(known, band)
-    moving = _moving(records)
-    across = {row: ratio if little[row] > 0 or row in moving else np.inf for row, ratio in across.items()}
-    left = [_without(r, across, little) for r in records]
-    return left if across and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
+    still = _still(records) & little.keys()
+    across = {row: ratio if little[row] > 0 or row not in still else np.inf for row, ratio in across.items()}
+    # what shows rounding alone is fitted to a noise of rounding, whether or not anything moves across it
+    alone = {row: across.get(row, np.inf) for row in still}
+    for out, fewest in (({**across, **alone}, FEWEST), (alone, 1)):
+        left = [_without(r, out, little) for r in records]
+        if out and min(len(r.out_rows) for r in left) >= fewest:
+            return left
+    return list(records)
 
 
 def without_still(records: Sequence[FitRecord]) -> list[FitRecord]:
@@ -52,19 +58,20 @@ def without_still(records: Sequence[FitRecord]) -> list[FitRecord]:
     """
     if any(len(r.u) or r.frf is not None for r in records):
         return list(records)
-    moving = _moving(records)
-    still = {row: np.inf for r in records for row in r.out_rows.tolist() if row not in moving}
+    still = dict.fromkeys(_still(records), np.inf)
     left = [_without(r, still, dict.fromkeys(still, 0.0)) for r in records]
     return left if still and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
 
 
-def _moving(records: Sequence[FitRecord]) -> set[int]:
-    """Rows of the g-set of the sensors that do not stand still in all of the records."""
+def _still(records: Sequence[FitRecord]) -> set[int]:
+    """Rows of the g-set of the sensors that stand still in all of the records."""
+    every: set[int] = set()
     moving: set[int] = set()
     for r in records:
         moved = r.y.std(axis=1)
+        every.update(r.out_rows.tolist())
         moving.update(r.out_rows[moved > STILL * moved.max(initial=0.0)].tolist())
-    return moving
+    return every - moving
 
 
 def _without(record: FitRecord, across: dict[int, float], little: dict[int, float]) -> FitRecord:

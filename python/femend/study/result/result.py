@@ -14,6 +14,7 @@ from femend.diagnose.deciding.deck_alone import deck_alone
 from femend.diagnose.deciding.power import untold
 from femend.diagnose.fitting.candidates import standard_deviations
 from femend.estimate import FitRecord, noise_floor
+from femend.estimate.cross_axis import STILL
 from femend.estimate.noise import noise_of
 from femend.model import MeshError
 from femend.model.places.place import AXES, Place
@@ -153,7 +154,8 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     if still:
         told.append(
             f"the sensors at {named(still)} stand still, dead or in a plane that nothing drives: they were left out of "
-            "the fit and of its errors"
+            f"the fit and of its errors, since they show less than {STILL:g} of what the liveliest one does. If they "
+            "should move, see whether they are connected, and switched on"
         )
     crossed_alone = {row: ratio for row, (ratio, _) in found.items() if row not in deaf and row not in still}
     if crossed_alone:
