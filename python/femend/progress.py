@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-__all__ = ["Progress", "SilentProgress", "say"]
+__all__ = ["Progress", "SilentProgress", "say", "tell"]
 
 
 class Progress(Protocol):
@@ -37,5 +37,13 @@ def say(progress: Progress, text: str) -> None:
     """Tells a sentence while the job goes on, where the `progress` has a way to: a mistake that is seen at once should
     not be read of minutes later. One without a method `say` says nothing."""
     shown = getattr(progress, "say", None)
+    if shown is not None:
+        shown(text)
+
+
+def tell(progress: Progress, text: str) -> None:
+    """Tells what is no warning while the job goes on, such as how long it will take, where the `progress` has a method
+    `tell`; one without says nothing."""
+    shown = getattr(progress, "tell", None)
     if shown is not None:
         shown(text)

@@ -39,7 +39,11 @@ class LineProgress:
 
     def say(self, text: str) -> None:
         """A line of its own, beside the step that goes on."""
-        print(f"warning: {text}", file=self._stream, flush=True)
+        self.tell(f"warning: {text}")
+
+    def tell(self, text: str) -> None:
+        """The same of what is no warning."""
+        print(text, file=self._stream, flush=True)
 
 
 class BarProgress:
@@ -72,9 +76,13 @@ class BarProgress:
 
     def say(self, text: str) -> None:
         """A line of its own, above the bar."""
+        self.tell(f"warning: {text}")
+
+    def tell(self, text: str) -> None:
+        """The same of what is no warning."""
         from tqdm import tqdm
 
-        tqdm.write(f"warning: {text}", file=self._stream)
+        tqdm.write(text, file=self._stream)
 
 
 def progress_for(stream: TextIO | None = None, *, quiet: bool = False) -> Progress:

@@ -235,9 +235,7 @@ def _more(
                 return starts, None, now
         if sampled:
             with steps.step(now := "draw from the posterior"):
-                drawn = draw_posterior_of(
-                    first if starts is None else starts.taken, settings, small, steps.progress.advance
-                )
+                drawn = draw_posterior_of(first if starts is None else starts.taken, settings, small, steps.progress)
     except KeyboardInterrupt:
         return starts, drawn, now
     return starts, drawn, ""

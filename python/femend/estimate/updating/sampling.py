@@ -18,7 +18,7 @@ from femend.estimate.updating.unknown import limits
 from femend.numerals import plain
 from femend.threads import one_blas_thread
 
-__all__ = ["Posterior", "sample"]
+__all__ = ["Posterior", "sample", "temperatures_left"]
 
 FloatArray = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def sample(
     seed: int = 0,
     counting: Flags | None = None,
     solve_all: Callable[[FloatArray], FloatArray] | None = None,
-    told: Callable[[], None] | None = None,
+    told: Callable[[float], None] | None = None,
 ) -> Posterior:
     """Draws from the posterior of `problem` by sequential Monte Carlo: `n` particles from the prior, cut off at the
     bounds, through tempered likelihoods exp(-beta squares / 2) with beta from 0 to 1. Each beta leaves half of the
@@ -94,9 +94,10 @@ def sample(
 
     All measured modes count, however they pair, but for those that `counting` (each configuration's (n_test,), None
     where it has no modes) has as False. `solve_all` maps points (n, n_unknowns) to squares (n,), where there is
-    something faster than one after the other (a response surface). `seed` makes it repeatable, `told` is called after
-    every temperature. Raises UpdatingError for fewer particles than four for each unknown, an unknown without prior or
-    bounds, where the prior is correlated, and where no particle has a solution.
+    something faster than one after the other (a response surface). `seed` makes it repeatable, `told` is called with
+    the temperature, 0 once the particles of the prior are solved and then every one that is reached. Raises
+    UpdatingError for fewer particles than four for each unknown, an unknown without prior or bounds, where the prior is
+    correlated, and where no particle has a solution.
     """
     rng = np.random.default_rng(seed)
     if n < FEWEST * len(problem.unknowns):
@@ -116,6 +117,8 @@ def sample(
     s = squares_of(p)
     if not np.isfinite(s).any():
         raise UpdatingError(f"none of {n} points of the prior has a solution; look at bounds and pairing")
+    if told is not None:
+        told(0.0)
     beta, temperatures, acceptance, solved, advice = 0.0, [0.0], [], n, ""
     ln_z = variance = 0.0
     while beta < 1.0:
@@ -130,7 +133,7 @@ def sample(
         temperatures.append(beta)
         acceptance.append(moved.acceptance)
         if told is not None:
-            told()
+            told(beta)
         if moved.away < TOO_LITTLE:
             far = f"particles moved {moved.away:.2f} deviations at temperature {plain(beta, 3)}"
             advice = f"{far}: take more of them, or trust less"
@@ -167,3 +170,14 @@ def _next(s: FloatArray, beta: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if effective(middle) >= EFFECTIVE else (low, middle)
     return max(low, beta + 1e-12)
+
+
+def temperatures_left(beta: float, n_unknowns: int) -> int:
+    """About how many temperatures lie between `beta` and 1 where data tell much more of all unknowns than the prior.
+
+    Squares are then chi-squares of `n_unknowns` over beta, and weights exp(-delta beta squares / 2) leave the effective
+    share ((1 + 2 delta) / (1 + delta)^2)^(n_unknowns / 2).
+    """
+    c = EFFECTIVE ** (2 / n_unknowns)
+    delta = (1 - c + np.sqrt(1 - c)) / c
+    return int(np.ceil(np.log(1 / beta) / np.log1p(delta)))
