@@ -57,6 +57,30 @@ def test_a_mode_by_hand(file: Path) -> None:
     assert (geometry, notes) == (None, ())
 
 
+def shapes_along(path: Path, moving: dict[int, str]) -> tuple[str, ...]:
+    """Notes on a mode of nodes 1 to 6 that move in the directions (of "XYZ") by node, and in no other."""
+    values = np.array([[0.5 * (axis in moving.get(n, "")) for axis in "XYZ"] for n in range(1, 7)])
+    one = Mode55(1, complex(-1.0, 40.0), np.arange(1, 7), values)
+    write_uff(path, UniversalFile(str(path), modes=(one,)))
+    found = read_modes(path)
+    assert found is not None
+    return found[2]
+
+
+def test_a_sensor_that_is_0_in_all_modes_is_told(tmp_path: Path) -> None:
+    """It may be dead, and a model would be compared without it."""
+    path = tmp_path / "modes.unv"
+    assert shapes_along(path, dict.fromkeys(range(1, 7), "Z")) == ()
+    (said,) = shapes_along(path, dict.fromkeys((1, 2, 3, 4, 6), "Z"))
+    assert said.startswith("5:+Z is 0 in all modes and taken as not measured, though other nodes move in that")
+    (said,) = shapes_along(path, {**dict.fromkeys(range(1, 6), "XYZ"), 6: "XZ"})
+    assert said.startswith("6:+Y is 0 in all modes")
+    # a direction that a few have is one that the others were not measured in
+    assert shapes_along(path, {**dict.fromkeys(range(1, 6), "Z"), 6: "XYZ"}) == ()
+    (said,) = shapes_along(path, {1: "Z", 2: "XZ"})
+    assert said.startswith("3:+X, 3:+Z, 4:+X, 4:+Z, 5:+X, 5:+Z and 2 more are 0 in all modes")
+
+
 def test_hysteretic_damping_and_modes_of_a_free_body(file: Path) -> None:
     rigid = REAL.replace("1.25000E+01", "0.00000E+00").replace("Mode 1", "Mode 0")
     file.write_text(rigid + REAL.replace("  2.00000E-02  0.00000E+00", "  0.00000E+00  3.00000E-02"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,7 @@ from femend.dof import Dof
 from femend.errors import FormatError
 from femend.io.uff.header58 import Fail
 from femend.io.uff.scan import RawSet, decode
+from femend.numerals import listed
 
 __all__ = ["Mode55", "identified_modes", "lines_of_55", "modes_55", "read_55"]
 
@@ -25,6 +27,8 @@ WIDTHS = (3, 6)
 PRINTED = 1e-5
 # damping that no structure has: the pole of such a mode is none
 LARGEST_ZETA = 1.0
+# DOFs that are named in a note
+NAMED = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,7 +134,8 @@ def _reals(line: str, fail: Fail) -> list[float]:
 def identified_modes(modes: Sequence[Mode55], file: str) -> tuple[IdentifiedModes, tuple[str, ...]]:
     """The shapes of a file as one set of modes, and what was left out.
 
-    Directions that are 0 in all modes were not measured (the format has no other way to say so), DOFs that a mode
+    Directions that are 0 in all modes were not measured (the format has no other way to say so), which is noted where
+    most nodes move along them, and of nodes that move along none, since a dead sensor looks the same; DOFs that a mode
     lacks are left out, modes at 0 Hz (of a free body) too, and those that stand twice, as with both poles of a
     conjugate pair. Raises FormatError where nothing is left, or a value is no number.
     """
@@ -166,7 +171,24 @@ def identified_modes(modes: Sequence[Mode55], file: str) -> tuple[IdentifiedMode
             file=file,
         )
     dofs = tuple(d for d, m in zip(shared, moving, strict=True) if m)
+    still = _perhaps_dead(shared, dofs)
+    if still:
+        notes.append(
+            f"{listed(still, NAMED)} {'is' if len(still) == 1 else 'are'} 0 in all modes and taken as not measured, "
+            "though other nodes move in that direction: if a sensor was there it is dead, or was not exported"
+        )
     return IdentifiedModes(dofs, np.array([m.pole for m in elastic]), shapes[moving]), tuple(notes)
+
+
+def _perhaps_dead(every: Sequence[Dof], moving: Sequence[Dof]) -> list[Dof]:
+    """Of the DOFs `every` that are not `moving` those whose direction is measured at half of the nodes or more, and
+    those of nodes without any that moves, in directions that are measured somewhere."""
+    nodes, moved = {d.node for d in every}, {d.node for d in moving}
+    at = Counter(d.component for d in moving)
+    rest = set(every) - set(moving)
+    return [
+        d for d in every if d in rest and at[d.component] and (2 * at[d.component] >= len(nodes) or d.node not in moved)
+    ]
 
 
 def _same(a: Mode55, b: Mode55) -> bool:
