@@ -246,6 +246,21 @@ def test_materials_of_no_solid_are_told(tmp_path: Path, E: str, rho: str, units:
     assert all(word in told for word in words), told
 
 
+@pytest.mark.parametrize(
+    ("cards", "words"),
+    [
+        # a link without mass, drawn before what has some
+        ("MAT1,1,2.1+8,,.3\nMAT1,2,2.1+5,,.3,7850.", "MAT1 2 has a density of 7850, which"),
+        ("MAT1,1,2.1+11,,.3\nMAT1,2,7.+10,,.3,7850.", "MAT1 2 has a modulus of 7e+10, which is 7e+16 Pa and a density"),
+        ("MAT1,1,2.1+11,,.3\nMAT1,2,,,.3,7850.", "MAT1 1 has a modulus of 2.1e+11, which is 2.1e+17 Pa; MAT1 2 has a"),
+    ],
+)
+def test_values_are_told_of_the_material_that_has_them(tmp_path: Path, cards: str, words: str) -> None:
+    (tmp_path / "a.bdf").write_text(f"{cards}\nGRID,1\n")
+    (told,) = material_doubts(_core.Deck.read(str(tmp_path / "a.bdf")), "mm-t-s")
+    assert words in told, told
+
+
 def test_masses_that_are_made_masses_once_more_are_told(tmp_path: Path) -> None:
     """Aluminium in lbf s²/in⁴ under PARAM,WTMASS: 7 kg/m³ is below all solids. Steel has 20, which a foam may have, but
     no foam has its modulus; a foam has not."""

@@ -46,32 +46,37 @@ def material_doubts(deck: _core.Deck, units: str, said: str = "[model] units") -
     wrong = _wrong(moduli, densities, mass, own)
     if not wrong:
         return []
-    mid = next(iter({**moduli, **densities}))
+    said_of = "; ".join(f"MAT1 {mid} has {' and '.join(of_it)}" for mid, of_it in wrong.items())
     return [
-        f"in the units {units!r} no material of the deck is a solid's: MAT1 {mid} has {' and '.join(wrong)}; "
+        f"in the units {units!r} no material of the deck is a solid's: {said_of}; "
         f"{_hint(moduli, densities, mass, own)}check {said}, and E and RHO of the deck"
     ]
 
 
-def _wrong(moduli: Values, densities: Values, mass: float, own: UnitSystem) -> list[str]:
-    """What of the first material is no solid's, where none of the deck is one."""
+def _wrong(moduli: Values, densities: Values, mass: float, own: UnitSystem) -> dict[int, list[str]]:
+    """What is no solid's, where none of the deck is one, by the id of the material it is told of: the first that has
+    both values, or the first that has each."""
     on_card = "" if mass == 1 else f" times PARAM,WTMASS {mass:g}"
-    wrong = []
+    wrong: dict[int, list[str]] = {}
+    # of one material where one has both
+    both = next((mid for mid in moduli if mid in densities), None)
     for values, what, quantity, limits, unit, by, times in (
         (moduli, "modulus", "pressure", E_RANGE, "Pa", 1.0, ""),
         (densities, "density", "density", RHO_RANGE, "kg/m³", mass, on_card),
     ):
         if values and not any(_plausible(v * by, quantity, limits, own) for v in values.values()):
-            value = next(iter(values.values()))
-            wrong.append(f"a {what} of {value:.6g}{times}, which is {plain(_si(value * by, quantity, own), 3)} {unit}")
+            mid = next(iter(values)) if both is None else both
+            value = values[mid]
+            is_ = f"which is {plain(_si(value * by, quantity, own), 3)} {unit}"
+            wrong.setdefault(mid, []).append(f"a {what} of {value:.6g}{times}, {is_}")
     speeds = _speeds(moduli, densities, mass, own)
     if not wrong and speeds and min(speeds.values()) > FASTEST:
         mid = next(iter(speeds))
         rho = plain(_si(densities[mid] * mass, "density", own), 3)
-        wrong.append(
+        wrong[mid] = [
             f"a modulus of {moduli[mid]:.6g} and a density of {densities[mid]:.6g}{on_card}, which is {rho} kg/m³: "
             f"sound would run at {plain(speeds[mid] / 1e3, 3)} km/s, and runs at 18 in diamond"
-        )
+        ]
     return wrong
 
 
