@@ -11,12 +11,13 @@ from tests.small_study import NOISE, SENSORS, SHAKER, Truth, write_study
 
 from femend import Channel, Dof, TimeData, functions_of, read_recording, write_uff
 from femend.diagnose.deciding.one_more import ONE_MORE, moved_more, one_more_force, stands_in
+from femend.diagnose.driven import unrecorded
 from femend.diagnose.driven.unrecorded import LEAST_SENSORS, locate_drive
 from femend.diagnose.settings import Settings
 from femend.errors import RecordingError
 from femend.estimate import FitRecord, Hypothesis, fit_records, noise_of, pair_test, used_band
 from femend.model import read_model
-from femend.study import load_study
+from femend.study import StudyInterrupted, load_study
 from femend.study.result.left_out import in_band
 from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
@@ -225,3 +226,20 @@ def test_what_one_force_does_not_explain_is_left_to_modes(tmp_path: Path) -> Non
     else:
         assert isinstance(run, StagedRun)
         assert any("no one force" in warning for warning in run.result["warnings"])
+
+
+def test_a_run_that_is_stopped_while_places_are_tried_beside_the_drive_keeps_the_drive(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(unrecorded, "_placed", stopped)
+    with pytest.raises(StudyInterrupted) as told:
+        diagnosed(tmp_path, Truth(STIFFER))
+    result, found = told.value.run.result, told.value.run.diagnosis
+    assert (result["status"], result["verdict"]) == ("interrupted", "undetermined")
+    assert "the parameters are updated, no place was looked at yet" in result["advice"]
+    assert found.driven is not None
+    assert found.driven.place.nodes == (SHAKER,)
+    assert result["fit"][0]["parameters"] < 0.2

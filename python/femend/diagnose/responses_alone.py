@@ -40,8 +40,9 @@ def diagnose_responses(
     Raises RecordingError with fewer than three responses.
     """
     settings, tell, so_far = settings or Settings(), progress or SilentProgress(), so_far or SoFar()
-    driven = locate_drive(model, records, zeta, settings, tell)
+    driven = locate_drive(model, records, zeta, settings, tell, so_far)
     if not driven.explained:
+        so_far.start, so_far.driven = None, None
         return None
     so_far.driven = driven
     so_far.places(driven.start, driven.located)
