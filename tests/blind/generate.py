@@ -54,6 +54,7 @@ def arguments() -> argparse.Namespace:
     kind.add_argument("--outside", action="store_true", help="effects follow laws that the catalogue does not have")
     kind.add_argument("--two", action="store_true", help="two effects of the catalogue at different places")
     ap.add_argument("--unmeasured", action="store_true", help="the shaker's force is in no recording that is fitted")
+    kind.add_argument("--frf", action="store_true", help="averaged FRFs of two places of the shaker, linear effects")
     ap.add_argument("--unfiltered", action="store_true", help="samples are picked without a filter against aliasing")
     ap.add_argument(
         "--across", type=float, default=0.0, help="what sensors pick up of motion across them (standard deviation)"
@@ -78,14 +79,14 @@ def arguments() -> argparse.Namespace:
 def main() -> None:
     """Make the set."""
     a = arguments()
-    kind = "outside" if a.outside else "two" if a.two else "one"
+    kind = "outside" if a.outside else "two" if a.two else "linear" if a.frf else "one"
     share = 1.0 if a.controls_only else a.controls
     tasks: list[Task] = []
     for i in range(a.start - 1, a.cases):
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
         label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family, a.unmeasured)
         options = case.Options(
-            a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered, a.across, a.gain, a.reach
+            a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered, a.across, a.gain, a.reach, a.frf
         )
         tasks.append((a.out, a.seed, i, family, label, options))
     a.out.mkdir(parents=True, exist_ok=True)

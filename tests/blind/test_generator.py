@@ -7,7 +7,9 @@ import pathlib
 import numpy as np
 import one_record
 import pytest
-from blindgen import case, plan, uff58
+from blindgen import case, excite, frfs, integrate, plan, respond, uff58
+
+import femend as fe
 
 
 def test_blocks_hold_every_effect_once() -> None:
@@ -63,6 +65,57 @@ def test_files_are_readable_and_hide_the_answer(written: tuple[pathlib.Path, dic
     assert deck.count("CBAR") == 18
     assert deck.count("CONM2") == 1
     assert "ENDDATA" in deck
+
+
+@pytest.mark.parametrize("kind", ["multisine", "noise"])
+def test_frfs_are_those_of_the_truth(kind: str, short: None) -> None:
+    """Averages of either kind come near to the modal sum, nearer than their coherence says of one average."""
+    rng = np.random.default_rng(3)
+    test, _ = case.make(rng, "cantilever", "none:exact", 0.01)
+    m = respond.modal_of(test, ())
+
+    def recorder(force: excite.Force, n: int) -> tuple[np.ndarray, np.ndarray]:
+        # steady motion in place of an integration, which a test without compiled loops has no time for
+        period = 4 * n
+        s = 2j * np.pi * np.fft.rfftfreq(period, 1 / test.rate)
+        u = np.resize(force.at(test.rate, n), period)
+        return u[-n:], np.fft.irfft(accelerance(m, s) * np.fft.rfft(u), period)[:, -n:]
+
+    made = frfs.measured(rng, test, kind, recorder)
+    H, coherence = made[: len(test.sensors)], made[len(test.sensors) :]
+    assert [f.at for f in H] == test.sensors
+    assert all(f.force == test.drive for f in made)
+    assert all(c.coherence for c in coherence)
+    exact = accelerance(m, 2j * np.pi * H[0].freq)
+    size = np.abs(exact).max()
+    for f, c, right in zip(H, coherence, exact, strict=True):
+        assert c.data.max() <= 1 + 1e-9
+        assert np.median(np.abs(f.data - right)) < 0.02 * size
+
+
+def accelerance(m: integrate.Modal, s: np.ndarray) -> np.ndarray:
+    """Accelerances (n_out, K) of the truth's modes, and of what is above them, to its first force."""
+    q = s**2 / (m.omega[:, None] ** 2 + s**2 + 2 * (m.zeta * m.omega)[:, None] * s)
+    return (m.sensor * m.load[0]) @ q + m.carried[:, :1]
+
+
+def test_a_case_of_frfs_holds_two_places_of_the_shaker(
+    tmp_path: pathlib.Path, short: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(frfs, "AVERAGES", 2)
+    monkeypatch.setattr(frfs, "block_seconds", lambda _: 0.25)
+    monkeypatch.setattr(frfs, "WAIT", 1)
+    case.write_case(tmp_path / "b0001", 7, 0, "cantilever", "none:exact", case.Options(frf=True))
+    public = tmp_path / "b0001" / "public"
+    assert sorted(p.name for p in public.glob("*.uff")) == ["frf1.uff", "frf2.uff", "random.uff", "sweep.uff"]
+    first, second = (fe.read_recording(public / f"frf{i}.uff").frf for i in (1, 2))
+    assert first.coherence is not None
+    assert first.inputs != second.inputs
+    assert first.outputs == second.outputs
+    assert first.kind == "accelerance"
+    study = (public / "study.toml").read_text()
+    assert study.count('role = "fit"') == 2
+    assert 'name = "frf2"' in study
 
 
 def test_one_recording_is_left_to_fit() -> None:

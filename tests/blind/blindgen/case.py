@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import pathlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from . import deck, uff58
+from . import deck, frfs, uff58
 from .acquire import AFTER, FINER, sampled
 from .effects import Unsuitable
+from .excite import Force
+from .integrate import Modal
 from .plates import Plate
-from .respond import modal_of, record
+from .respond import Parts, modal_of, record, record_force
 from .setting import ALONE, EXCITATIONS, FAMILIES, FRAMES, Test, draw_across, draw_gains, draw_test
 from .solids import Solid
 from .strength import BEYOND, Drawn, draw_effects
@@ -28,7 +30,8 @@ class Options:
     """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, what an
     update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), whether
     the recorder filters before it samples, what sensors pick up of motion across them, how far the calibration of
-    sensors and force is off (standard deviations), and how many times as far as the band the forces reach."""
+    sensors and force is off (standard deviations), how many times as far as the band the forces reach, and whether
+    FRFs are what an update may use."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
@@ -38,6 +41,7 @@ class Options:
     across: float = 0.0
     gain: float = 0.0
     reach: float = 1.0
+    frf: bool = False
 
 
 def make(
@@ -80,9 +84,14 @@ def write_case(
     public.mkdir(parents=True, exist_ok=True)
     sealed.mkdir(exist_ok=True)
     (public / "model.bdf").write_text(test.s.bulk() if isinstance(test.s, Plate | Solid) else deck.bulk(test.s))
-    (public / "study.toml").write_text(deck.study(folder.name, test.s.groups, options.unmeasured))
     m = modal_of(test, parts)
+    fitted = deck.FITTED
+    if options.frf:
+        fitted = write_frfs(public, np.random.default_rng([seed, index, 81]), test, parts, noise, options.filtered)
+    (public / "study.toml").write_text(deck.study(folder.name, test.s.groups, options.unmeasured, fitted))
     for name, force in test.forces.items():
+        if options.frf and name in deck.FITTED:
+            continue
         acc, _ = record(test, parts, name, m, filtered=options.filtered)
         n = acc.shape[1]
         u = sampled(force.at(FINER * test.rate, FINER * (n + AFTER)), n, options.filtered)
@@ -99,6 +108,25 @@ def write_case(
     truth = describe(test, drawn, label) | {"unmeasured": options.unmeasured, "seed": seed, "index": index}
     (sealed / "truth.json").write_text(json.dumps(truth, indent=1))
     return truth
+
+
+def write_frfs(
+    public: pathlib.Path, rng: np.random.Generator, test: Test, parts: Parts, noise: float, filtered: bool
+) -> tuple[str, ...]:
+    """Write the FRFs of each place of the shaker; the recordings' names."""
+    kind = str(rng.choice(["multisine", "noise"]))
+    names = []
+    for i, drive in enumerate(frfs.drives(rng, test), 1):
+        there = replace(test, drive=drive)
+        m = modal_of(there, parts)
+
+        def recorded(force: Force, n: int, there: Test = there, m: Modal = m) -> tuple[np.ndarray, np.ndarray]:
+            u, y = record_force(there, parts, force, n, m, filtered)
+            return noisy(rng, u, FORCE_NOISE), noisy(rng, y, noise)
+
+        names.append(f"frf{i}")
+        uff58.write(public / f"frf{i}.uff", frfs.measured(rng, there, kind, recorded), f"frf{i}", test.rate)
+    return tuple(names)
 
 
 def told(d: Drawn, noise: float) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from .structures import Structure
 
 
@@ -46,14 +48,17 @@ def bulk(s: Structure) -> str:
     return "\n".join([*out, "ENDDATA", ""])
 
 
-def study(title: str, groups: dict[int, str], unmeasured: bool = False) -> str:
+FITTED = ("low", "mid", "high")
+
+
+def study(title: str, groups: dict[int, str], unmeasured: bool = False, fitted: Sequence[str] = FITTED) -> str:
     """The study file; parameters are the groups' moduli. `unmeasured`: no fit recording holds the shaker's force."""
     out = f'format = "femend-study/1"\ntitle = "{title}"\n\n[model]\nfile = "model.bdf"\nunits = "SI"\n\n'
     out += "[damping]\nratio = 0.01            # starting value of every mode\n"
     for pid, name in groups.items():
         out += f'\n[[parameter]]\nname = "E_{name}"\nproperty = "E"\nmaterial = {pid}\n'
         out += "prior_sd = 0.10         # relative\n"
-    for name in ("low", "mid", "high", "sweep", "random"):
+    for name in (*fitted, "sweep", "random"):
         role = "predict" if name in ("sweep", "random") else "fit"
         known = role == "predict" or not unmeasured
         out += f'\n[[recording]]\nname = "{name}"\nfile = "{name}.uff"\nrole = "{role}"\n'

@@ -24,7 +24,18 @@ EFFECTS = [
     "compliant_support",
 ]
 RARE = ["base_motion", "load_misplaced", "unmeasured_force"]
-KINDS = ("one", "outside", "two")
+# what FRFs, which average over levels, are of
+LINEAR = [
+    "support_stiffness",
+    "joint_stiffness",
+    "added_mass",
+    "tuned_absorber",
+    "viscous_damper",
+    "viscoelastic",
+    "structural_damping",
+    "compliant_support",
+]
+KINDS = ("one", "linear", "outside", "two")
 LONE = {
     "plate": ("joint_stiffness",),
     "twin plates": ("joint_stiffness",),
@@ -33,8 +44,11 @@ LONE = {
 
 
 def shown(seed: int, index: int, kind: str) -> list[str]:
-    """The sixteen effects of a block. kind: "one" (catalogue), "outside" (laws it does not have) or "two" at once."""
+    """The sixteen effects of a block. kind: "one" (catalogue), "linear" (of it), "outside" (laws it does not have) or
+    "two" at once."""
     rng = np.random.default_rng([seed, 76, index])
+    if kind == "linear":
+        return 2 * LINEAR
     if kind == "outside":
         names = list(OUTSIDE)
         return ["outside:" + names[(16 * index + k) % len(names)] for k in range(16)]

@@ -9,6 +9,7 @@ import numpy as np
 from . import fe
 from .acquire import AFTER, FINER, sampled
 from .effects import Effect, Place, Scene, Unsuitable
+from .excite import Force
 from .integrate import Law, Modal, simulate
 from .laws import SPRING, pack
 from .setting import SECONDS, Test
@@ -85,13 +86,26 @@ def record(
     test: Test, parts: Parts, name: str, m: Modal | None = None, coarser: int = 1, filtered: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Clean accelerations (sensors, samples) as the recorder gives them, and the laws' traces for one recording."""
-    m = m or modal_of(test, parts)
-    inputs = [test.forces[name], *(e.force(x) for e, x in parts if e.force)]
+    n = int(test.rate * SECONDS[name])
+    acc, trace = moved(test, parts, test.forces[name], n, m or modal_of(test, parts), coarser)
+    return sampled(acc, n, filtered), trace[..., : FINER * n : FINER]
+
+
+def record_force(
+    test: Test, parts: Parts, force: Force, n: int, m: Modal, filtered: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """Clean force (n,) and accelerations (sensors, n) as the recorder gives them of `n` samples under any force."""
+    acc, _ = moved(test, parts, force, n, m)
+    u = force.at(FINER * test.rate, FINER * (n + AFTER))
+    return sampled(u, n, filtered), sampled(acc, n, filtered)
+
+
+def moved(test: Test, parts: Parts, force: Force, n: int, m: Modal, coarser: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations and the laws' traces at the finer rate."""
+    inputs = [force, *(e.force(x) for e, x in parts if e.force)]
     local = [e.law(x) for e, x in parts if e.law]
     over = max([8, *(e.over for e, _ in parts)])
-    n = int(test.rate * SECONDS[name])
-    acc, trace = simulate(m, local, inputs, FINER * test.rate, FINER * (n + AFTER), over // coarser // FINER)
-    return sampled(acc, n, filtered), trace[..., : FINER * n : FINER]
+    return simulate(m, local, inputs, FINER * test.rate, FINER * (n + AFTER), over // coarser // FINER)
 
 
 def scene(test: Test, rng: np.random.Generator) -> Scene:
