@@ -104,8 +104,11 @@ def test_the_shared_rig(script: Callable[[str], ModuleType], shared: Callable[[s
         for n in ("stabilisation", "frf", "mac", "waterfall", "forces", "ods", "csac", "sensitivity", "shapes")
     }
     assert (tmp_path / "report.html").read_text().count("data:image/png") == 8
-    # the tacho's pulses are shorter than a sample at the highest speed: told, and the only thing to tell
-    (warning,) = run.result["warnings"]
+    # the tacho's pulses are shorter than a sample at the highest speed: told, and the only thing to tell beside what
+    # the patched deck has as comments
+    (warning, *of_the_deck) = run.result["warnings"]
+    assert [said for said in of_the_deck if "the updated deck" not in said] == []
+    assert any("do nothing until case control selects" in said for said in of_the_deck)
     assert "'runup'" in warning
     assert "tacho" in warning
     # the patched deck stands on its layer once nothing is held, with the modes of operation

@@ -58,7 +58,7 @@ def test_those_without_columns_are_told(tmp_path: Path) -> None:
 
 def test_what_the_deck_lacks_is_told(tmp_path: Path) -> None:
     (wide,) = staged_told(*springs(tmp_path, WIDE))
-    assert wide.startswith("the updated deck does not contain of the moments in springs: the coupling")
+    assert wide.startswith("the updated deck does not contain all of the moments in springs; it lacks the coupling")
     (short,) = staged_told(*springs(tmp_path, SHORT))
     assert "K4 = 30 (put it into the K line of PBUSH 9" in short
     assert "K6 = 50" in short

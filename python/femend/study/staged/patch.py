@@ -108,7 +108,7 @@ def _told(setup: Setup, term: LinearTerm, values: dict[str, float]) -> str:
             parts.append(
                 f"the coupling of translation and rotation, {plain(values['coupling'])}, for which PBUSH has no field"
             )
-        return f"{LACKS} of the {label}: {'; '.join(parts)}" if parts else ""
+        return f"{LACKS} all of the {label}; it lacks {' and '.join(parts)}" if parts else ""
     if term.physics in ("gyroscopic", "speed_stiffness"):
         return (
             f"{LACKS} the {label}, which acts with the speed of rotation and stands there as a comment: a deck at rest "
