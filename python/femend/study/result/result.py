@@ -154,8 +154,8 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     if still:
         told.append(
             f"the sensors at {named(still)} stand still, dead or in a plane that nothing drives: they were left out of "
-            f"the fit and of its errors, since they show less than {plain(STILL)} of what the liveliest one does. If they "
-            "should move, see whether they are connected, and switched on"
+            f"the fit and of its errors, since they show less than {plain(STILL)} of what the liveliest one does. If "
+            "they should move, see whether they are connected, and switched on"
         )
     crossed_alone = {row: ratio for row, (ratio, _) in found.items() if row not in deaf and row not in still}
     if crossed_alone:
