@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.data.bands import within_band
 from femend.estimate.cut_off import cut_off, static_part
-from femend.estimate.frf import FrfLines
+from femend.estimate.frf import MODEL_ALLOWANCE, FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, Across, PickedUp
 from femend.estimate.power import holds_power, may_be_noise, smoothed
 from femend.model import ReducedModel
@@ -29,10 +29,6 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# share of a recording's own spectrum that the model is not asked to explain: formulation, mesh, idealised joints
-MODEL_ALLOWANCE = 0.01
-# the same for an FRF, the quotient of two transducers whose calibrations hold to a few per cent each
-FRF_ALLOWANCE = 0.03
 # neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
 TEMPERING = 0.1
 
@@ -290,7 +286,7 @@ def _of_frf(
     step = max(1, int(round(sigma / (2 * np.pi) / frf.step / 2))) if sigma > 0 else 1
     if limit is not None:
         step = max(step, -(-len(index) // limit))
-    variance = frf.noise**2 * passed + FRF_ALLOWANCE**2 * smoothed((np.abs(H) ** 2).T).T
+    variance = frf.noise**2 * passed + frf.allowance**2 * smoothed((np.abs(H) ** 2).T).T
     index = _thinned(index, (np.abs(H) ** 2 / variance).sum(axis=1), step)
     across = None
     if record.across is not None and sigma == 0:

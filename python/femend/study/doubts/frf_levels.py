@@ -80,7 +80,7 @@ def _shared(one: FRF, other: FRF) -> tuple[FrfLines, FrfLines] | None:
         rows = [pair[side] for pair in outputs]
         columns = [frf_lines_of(frf, pair[side]) for pair in inputs]
         H, noise = (np.hstack([v[:, rows] for v in values]) for values in zip(*((c.H, c.noise) for c in columns)))
-        sides.append(FrfLines(columns[0].freq, H, noise, columns[0].step))
+        sides.append(FrfLines(columns[0].freq, H, noise, columns[0].step, columns[0].allowance))
     return sides[0], sides[1]
 
 
