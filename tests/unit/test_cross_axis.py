@@ -276,6 +276,11 @@ def mounted_off(reduced: ReducedModel, share: float) -> FitRecord:
     return replace(record, y=y, noise=noise)
 
 
+def told_of(start: update.UpdatedModel) -> Any:
+    """A diagnosis that adds nothing to an updated model, as far as sensors are told of it."""
+    return SimpleNamespace(reduced=start.reduced, problem=start.problem, misfit=start.null.score)
+
+
 def test_sensors_mounted_off_are_met_with_their_shares_and_told(
     reduced: ReducedModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -288,7 +293,7 @@ def test_sensors_mounted_off_are_met_with_their_shares_and_told(
     assert start.null.score < 1.2
     (record,) = start.problem.records
     assert record.across is not None
-    (said,) = sensors_off(start)  # type: ignore[arg-type]
+    (said,) = sensors_off(told_of(start))
     found = crossed([record], start.problem.band)
     assert said.startswith("the recordings are explained where sensors may be off by some 2 % (calibration")
     assert "hold some 1 % of the motion across them" in said
@@ -305,7 +310,7 @@ def test_sensors_that_the_model_explains_are_believed(reduced: ReducedModel, mon
     start = update_model(reduced.model, [mounted_off(reduced, 0.0)], 0.01)
     assert start.null.score < 1.2
     assert all(r.across is None for r in start.problem.records)
-    assert sensors_off(start) == []  # type: ignore[arg-type]
+    assert sensors_off(told_of(start)) == []
 
 
 def test_sensors_off_in_calibration_are_met_and_told(reduced: ReducedModel) -> None:
@@ -318,7 +323,7 @@ def test_sensors_off_in_calibration_are_met_and_told(reduced: ReducedModel) -> N
     assert believed.null.score > 2
     start = update_model(reduced.model, records, 0.01)
     assert start.null.score < 1.2
-    (said,) = sensors_off(start)  # type: ignore[arg-type]
+    (said,) = sensors_off(told_of(start))
     assert said.endswith("noise floors hold as much")
 
 
@@ -462,19 +467,29 @@ def test_shares_are_of_the_motion_that_the_best_free_force_makes(reduced: Reduce
     assert off(with_force[0], other.y) < 0.5 * off(without[0], other.y)
 
 
-def shown_by(reduced: ReducedModel, factors: list[float]) -> tuple[str, dict[str, float]]:
-    """What is said of five sensors that read the final model times `factors`, and what they read."""
+def shown_by(
+    reduced: ReducedModel, factors: list[float], misfit: float = 1.0, frf: bool = False
+) -> tuple[str, dict[str, float]]:
+    """What is said of five sensors that read the final model, of a `misfit`, times `factors`, and what they read, in
+    time or of an `frf`, which shows other motion outside the band."""
     rng = np.random.default_rng(8)
     dofs = [Dof.parse(text) for text in ("7:+Y", "5:-Y", "4:+Y", "3:+Y", "7:+Z")]
     channels = tuple(Channel(dof, "acceleration", "m/s^2") for dof in dofs)
     model = rng.standard_normal((5, 400))
     shown = model * np.array(factors)[:, None] + 0.01 * rng.standard_normal(model.shape)
     fit = Prediction("a", "fit", 0.01, channels, {"final": model}, shown)
+    if frf:
+        freq = np.linspace(1.0, 2 * BAND[1], 400)
+        within = (freq >= BAND[0]) & (freq <= BAND[1])
+        made = (model * np.exp(1j * freq)).T[:, :, None]
+        seen = np.where(within, (shown * np.exp(1j * freq)), -1.0).T[:, :, None]
+        fit = Prediction("a", "fit", 0.0, channels, {"final": made}, seen, SimpleNamespace(freq=freq), BAND)  # type: ignore[arg-type]
     # recordings that were held back say nothing of it
     held = Prediction("b", "validate", 0.01, channels, {"final": model}, 2 * model)
     (known,) = with_across([recorded(reduced, [(7, Y), (5, Y), (4, Y), (3, Y)], (7, Y))], reduced, BAND, modal(reduced))
     problem = Problem([known], BAND, 0.01, 2)
-    (said,) = sensors_off(SimpleNamespace(reduced=reduced, problem=problem), [fit, held])  # type: ignore[arg-type]
+    found: Any = SimpleNamespace(reduced=reduced, problem=problem, misfit=misfit)
+    (said,) = sensors_off(found, [fit, held])
     return said, readings([fit, held])
 
 
@@ -498,6 +513,36 @@ def test_sensors_off_by_more_than_they_can_be_speak_for_the_model(reduced: Reduc
     assert said.startswith(f"against the final model {worst} ")
     assert "may be off by" not in said
     assert "the model that is off near these nodes: check how parts are idealised" in said
+
+
+def test_lines_of_frfs_in_the_band_tell_too_what_sensors_read(reduced: ReducedModel) -> None:
+    factors = [1.2, 0.9, 1.1, 1.0, 1.0]
+    said, read = shown_by(reduced, factors, frf=True)
+    assert [read[f"node {name}"] for name in ("7 +Y", "5 -Y", "4 +Y")] == pytest.approx([0.2, -0.1, 0.1], abs=0.005)
+    assert said.startswith("against the final model node 7 +Y +20 %")
+
+
+def test_sensors_that_were_left_out_read_nothing() -> None:
+    channels = tuple(Channel(Dof.parse(text), "acceleration", "m/s^2") for text in ("7:+Y", "5:+Y"))
+    model = np.random.default_rng(8).standard_normal((2, 400))
+    fit = Prediction("a", "fit", 0.01, channels, {"final": model}, 0.0 * model, left_out=frozenset({0}))
+    assert readings([fit]) == {"node 5 +Y": -1.0}
+
+
+@pytest.mark.parametrize("frf", [False, True])
+def test_recordings_far_from_the_noise_are_not_said_to_be_explained_by_sensors(
+    reduced: ReducedModel, frf: bool
+) -> None:
+    """Of a gearbox on a soft foot, 93 % off with a misfit of 81, it was said that its recordings "are explained"."""
+    said, _ = shown_by(reduced, [1.2, 0.9, 1.1, 1.0, 1.0], 81.5, frf)
+    assert "explained where" not in said
+    assert said.startswith("that sensors may be off by some 2 % (")
+    assert " % of a stays all the same, a misfit of 81.5 times what noise explains: what stays is no matter of" in said
+    # one that stands alone is what stays
+    said, _ = shown_by(reduced, [1.0, 1.01, 0.8, 0.99, 1.02], 2.0, frf)
+    assert "no matter of sensors" not in said
+    assert "explained where" not in said
+    assert "its gain may be wrong" in said
 
 
 def test_what_moves_across_a_sensor_may_put_it_farther_off(reduced: ReducedModel) -> None:

@@ -50,6 +50,13 @@ def test_the_errors_are_those_of_the_result(run: StudyRun) -> None:
         assert max(f[stage] for f in fitted) >= 0.999 * error
 
 
+def test_the_misfit_is_that_of_the_final_model(run: StudyRun) -> None:
+    found = run.diagnosis
+    assert found.best is not None
+    assert found.misfit == found.best.fitted < 1.2
+    assert replace(found, best=None).misfit == found.null.score > 2
+
+
 def test_nothing_is_said_of_what_comes_nearer_or_of_nothing(run: StudyRun) -> None:
     assert run.result["verdict"] == "missing-physics"
     assert further_off(run.diagnosis, plain_errors(run.diagnosis)) == ""

@@ -76,6 +76,15 @@ class Diagnosis:
         return self.load is not None and self.best is None and self.verdict == "missing-physics"
 
     @property
+    def misfit(self) -> float:
+        """Mean weighted square that the final model leaves of the fit recordings: 1 is noise."""
+        if self.further is not None:
+            return self.further.terms.fitted
+        if self.best is not None:
+            return self.best.fitted
+        return self.load.fit.score if self.load is not None and self.by_load else self.null.score
+
+    @property
     def final(self) -> Candidate | None:
         """The candidate used for the final predictions; None for the updated model."""
         return self.best

@@ -8,12 +8,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.diagnose import Diagnosis
+from femend.diagnose.settings import AT_NOISE
 from femend.estimate import crossed
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD
 from femend.model.places.place import AXES
 from femend.numerals import listed, plain
-from femend.study.result.predictions import STAGES, Prediction
+from femend.study.result.predictions import STAGES, Prediction, Values
 
 __all__ = ["loud_sensors", "readings", "sensors_off"]
 
@@ -27,12 +29,22 @@ FAR, FINE = 4.0, 2.0
 # sensors that are compared at least for one to be said to stand alone
 FEWEST = 3
 CALIBRATION, MOUNT = "calibration, of the force too", "transverse sensitivity, a mount a degree off"
+# what sensors may be off by
+MAY_BE = (
+    f"sensors may be off by some {plain(100 * GAIN_SD)} % ({CALIBRATION}) and hold some {plain(100 * ACROSS_SD)} % of "
+    f"the motion across them ({MOUNT})"
+)
+WHY_IT_STAYS = (
+    ": what stays is no matter of sensors, but of the model, or of something missing that was not found. Check how "
+    "parts are idealised and connected, and the mesh"
+)
 
 
 def sensors_off(diagnosis: Diagnosis, predictions: Sequence[Prediction] = ()) -> list[str]:
     """What is told of sensors whose calibration and share of the motion across them was left free: which of them move
     across most, and which read too much or too little against the final model; that it is the model which is off where
-    several do by more than sensors can be. Nothing where they are believed."""
+    several do by more than sensors can be, and what stays where the recordings are not explained so. Nothing where they
+    are believed."""
     model, problem = diagnosis.reduced.model, diagnosis.problem
     if not any(r.across is not None for r in problem.records):
         return []
@@ -41,16 +53,31 @@ def sensors_off(diagnosis: Diagnosis, predictions: Sequence[Prediction] = ()) ->
     shares = readings(predictions)
     far = {name: share for name, share in shares.items() if abs(share) > FAR * _deviation(name, across)}
     alone = _alone(shares, far, across)
-    if far and alone is None:
+    explained = diagnosis.misfit <= AT_NOISE
+    if explained and far and alone is None:
         return [_of_the_model(far)]
     most = sorted(across, key=lambda name: -across[name])[:MOST]
     named = ", ".join(f"{name} ({plain(across[name], 2)} times what goes along it)" for name in most)
     most_across = f". Motion across is largest at {named}" if named else ""
-    return [
-        f"the recordings are explained where sensors may be off by some {plain(100 * GAIN_SD)} % ({CALIBRATION}) and "
-        f"hold some {plain(100 * ACROSS_SD)} % of the motion across them ({MOUNT}), and not where each is believed as "
-        f"it is: such shares were left free, and noise floors hold as much{most_across}{_reads(shares, alone)}"
-    ]
+    told = (
+        f"the recordings are explained where {MAY_BE}, and not where each is believed as it is: such shares were left "
+        "free, and noise floors hold as much"
+        if explained
+        else f"that {MAY_BE} was allowed for, and noise floors hold as much, but {_stays(diagnosis, predictions)}"
+        f"{'' if alone else WHY_IT_STAYS}"
+    )
+    return [f"{told}{most_across}{_reads(shares, alone)}"]
+
+
+def _stays(diagnosis: Diagnosis, predictions: Sequence[Prediction]) -> str:
+    """What the final model leaves with such shares."""
+    times = f"{plain(diagnosis.misfit, 3)} times what noise explains"
+    fit = [p for p in predictions if p.role == "fit" and p.recorded is not None]
+    if not fit:
+        return f"{times} stays all the same"
+    left = {p.name: p.error_within(STAGES[-1], diagnosis.problem.band) for p in fit}
+    worst = max(left, key=lambda name: left[name])
+    return f"{plain(100 * left[worst], 2)} % of {worst} stays all the same, a misfit of {times}"
 
 
 def loud_sensors(diagnosis: Diagnosis) -> list[str]:
@@ -71,18 +98,28 @@ def loud_sensors(diagnosis: Diagnosis) -> list[str]:
 
 def readings(predictions: Sequence[Prediction]) -> dict[str, float]:
     """By what share sensors, by name ("node 5 -Y"), read more or less than the final model: least squares over all
-    samples of the fit recordings in time."""
+    samples of the fit recordings in time, and over the lines in the band of FRFs. Those that were left out do not
+    count."""
     squares: dict[str, FloatArray] = {}
     for p in predictions:
-        if p.role != "fit" or p.recorded is None or p.frf is not None:
+        if p.role != "fit" or p.recorded is None:
             continue
-        for channel, model, recorded in zip(p.channels, p.stages[STAGES[-1]], p.recorded, strict=True):
-            if channel.dof is None:
+        for i in p.counted:
+            dof = p.channels[i].dof
+            if dof is None:
                 continue
-            sums = np.array([float(model @ recorded), float(model @ model)])
-            name = f"node {channel.dof.node} {channel.dof.direction}"
+            model, recorded = (_values(p, y, i) for y in (p.stages[STAGES[-1]], p.recorded))
+            sums = np.array([np.vdot(model, recorded).real, np.vdot(model, model).real])
+            name = f"node {dof.node} {dof.direction}"
             squares[name] = squares.get(name, np.zeros(2)) + sums
     return {name: float(along / size) - 1.0 for name, (along, size) in squares.items() if size > 0}
+
+
+def _values(prediction: Prediction, y: Values, i: int) -> Values:
+    """What counts of sensor `i`: its samples, or values at the lines in the band for all forces."""
+    if prediction.frf is None:
+        return np.asarray(y[i])
+    return np.asarray(y[within_band(prediction.frf.freq, prediction.band), i])
 
 
 def _deviation(name: str, across: Mapping[str, float]) -> float:
