@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
 from femend.diagnose.deciding.deck_alone import deck_alone
+from femend.diagnose.deciding.deck_with_law import deck_with_law, strain_of_modes
 from femend.diagnose.deciding.power import untold
 from femend.diagnose.fitting.candidates import standard_deviations
 from femend.estimate import FitRecord, noise_floor
@@ -99,9 +100,10 @@ def result_of(
 
 
 def _deck_alone(diagnosis: Diagnosis) -> list[str]:
-    """How far the updated deck is off without what modes and members have of their own."""
-    alone = deck_alone(diagnosis)
-    return [alone.text] if alone is not None and alone.told else []
+    """How far the updated deck, with what was found, is off without what modes and members have of their own."""
+    alone, beside = deck_alone(diagnosis), deck_with_law(diagnosis)
+    told = [alone.text] if alone is not None and alone.told else []
+    return told if beside is None else [*told, beside.text]
 
 
 def _recorded_off(diagnosis: Diagnosis) -> list[str]:
@@ -276,11 +278,15 @@ def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
-    """Standard deviations of the model's unknowns beside what was added, inflated by what is left above the noise;
-    those of the updated model where nothing was."""
-    best = diagnosis.best
+    """Standard deviations of the model's unknowns beside what was added, inflated by what is left above the noise, and
+    of its parameters (n,) by what its modes were strained by, up to their priors; those of the updated model where
+    nothing was added."""
+    best, null = diagnosis.best, diagnosis.null
     if best is not None and best.p_sd is not None:
-        return np.asarray(np.hypot(best.p_sd * np.sqrt(max(1.0, best.fitted)), OFF_MODEL))
-    null = diagnosis.null
-    own = standard_deviations(np.linalg.pinv(null.hessian), left=null.score)
-    return np.asarray(np.hypot(own, OFF_MODEL))
+        own = best.p_sd * np.sqrt(max(1.0, best.fitted))
+    else:
+        own = standard_deviations(np.linalg.pinv(null.hessian), left=null.score)
+    parameters = diagnosis.reduced.model.parameters
+    sd = np.hypot(own, OFF_MODEL)[: len(parameters)]
+    prior = np.array([p.prior_sd for p in parameters])
+    return np.asarray(np.maximum(sd, np.minimum(sd * strain_of_modes(diagnosis), prior)))
