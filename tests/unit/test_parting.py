@@ -78,7 +78,7 @@ def test_a_law_of_a_beginning_is_sure_near_the_noise_or_where_models_part_as_far
 ) -> None:
     monkeypatch.setattr(verdict, "parting", lambda found: rest)
     monkeypatch.setattr(verdict, "most_of_noise", lambda found: times)
-    monkeypatch.setattr(verdict, "further_off", lambda found, errors, what_to_do: "")
+    monkeypatch.setattr(verdict, "further_off", lambda *given, **also: "")
     both = dashpot_and_cubic.diagnosis
     assert both.further is not None
     cubic = next(term.candidate for term in both.further.terms.terms if term.candidate.nonlinear)

@@ -15,10 +15,11 @@ from femend import functions_of, write_uff
 from femend.diagnose.deciding import outside_band, verdict
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.parting import Parting
-from femend.diagnose.deciding.plain_error import further_off, plain_errors, silenced
+from femend.diagnose.deciding.plain_error import errors_in_band, further_off, left_in_band, plain_errors, silenced
 from femend.diagnose.deciding.verdict import decide
 from femend.diagnose.naming.advice import LATER
 from femend.diagnose.settings import Settings
+from femend.numerals import plain
 from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
 
@@ -70,6 +71,33 @@ def test_what_is_further_off_is_named_with_both_errors(run: StudyRun) -> None:
     text = further_off(far, (before, after))
     assert text.startswith(f"support stiffness at node {NODE} to ground, Z explains")
     assert f"{100 * after:.3g} % off with it and {100 * before:.3g} % without it" in text
+    # no nearer in the band, it is not said to explain that
+    assert text.startswith(f"support stiffness at node {NODE} to ground, Z explains the data that chose best, but as a")
+    assert " Hz" not in text
+
+
+def test_what_a_law_won_by_is_told_as_what_it_leaves_there(run: StudyRun) -> None:
+    """Friction that was 97.7 % off was said to explain the recordings from 61.6 to 836 Hz, and then their beginning
+    alone."""
+    found = run.diagnosis
+    before, after = errors_in_band(found)
+    assert after < 2 * NOISE < before
+    low, high = found.problem.band
+    band = f"{plain(low, 3)} to {plain(high, 3)} Hz"
+    left = f"leaves {plain(100 * after, 3)} % of the recordings from {band}, where {plain(100 * before, 3)} % is left"
+    assert f"{left} without it, but as a whole the recordings are 97.7 % off with" in further_off(found, (0.15, 0.977))
+    # of the beginning the law comes nearer, as a whole it does not
+    far = stiffer(found, 3.0)
+    told = further_off(far, (0.15, 0.977), LATER, beginning=replace(found, sigma=4.0))
+    assert f" % of about the first 0.75 s of the recordings from {band}, where " in told
+    assert told.endswith(f"15 % without it, so that it is not told. {LATER}")
+
+
+def test_errors_in_the_band_are_those_of_its_lines(run: StudyRun) -> None:
+    found = run.diagnosis
+    record = found.problem.records[0]
+    one = replace(found, problem=found.problem.on([record]))
+    assert errors_in_band(one)[1] == pytest.approx(left_in_band(found, record))
 
 
 def test_a_law_that_wins_but_is_further_off_is_not_told(run: StudyRun, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -116,7 +144,8 @@ def test_a_law_of_a_beginning_that_is_further_off_as_a_whole_has_no_name(
 ) -> None:
     asked: list[float] = []
 
-    def further_off(found: Diagnosis, errors: object, what_to_do: str = "") -> str:
+    def further_off(found: Diagnosis, errors: object, what_to_do: str = "", beginning: Diagnosis | None = None) -> str:
+        assert (found.sigma == 0) is (beginning is not None)
         asked.append(found.sigma)
         return f"it is further off. {what_to_do}" if found.sigma == 0 else ""
 

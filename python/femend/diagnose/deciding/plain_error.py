@@ -12,10 +12,20 @@ import numpy as np
 from femend.data.bands import within_band
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.stages import Values, final, updated
+from femend.diagnose.naming.advice import seconds_seen
 from femend.estimate import FitRecord, noise_floor
 from femend.numerals import plain
 
-__all__ = ["counted", "further_off", "left_in_band", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
+__all__ = [
+    "counted",
+    "errors_in_band",
+    "further_off",
+    "left_in_band",
+    "most_of_noise",
+    "plain_errors",
+    "silenced",
+    "whole_errors",
+]
 
 REFINE = (
     "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
@@ -113,19 +123,52 @@ def silenced(found: Diagnosis, errors: tuple[float, float] | None) -> str:
 
 
 def further_off(
-    found: Diagnosis, errors: tuple[float, float] | None, what_to_do: str = REFINE, so: str = "it is not told"
+    found: Diagnosis,
+    errors: tuple[float, float] | None,
+    what_to_do: str = REFINE,
+    so: str = "it is not told",
+    beginning: Diagnosis | None = None,
 ) -> str:
     """What has to be said where the final model is further from the recordings than the updated one, by its
-    `plain_errors`, `so` what comes of it, and `what_to_do`; "" where not."""
+    `plain_errors`, `so` what comes of it, and `what_to_do`; "" where not. Laws that were compared at the `beginning` of
+    the recordings alone, in the window of this diagnosis, won by that."""
     if errors is None or errors[1] <= found.settings.worse * errors[0]:
         return ""
     before, after = (f"{plain(100 * e, 3)} %" for e in errors)
     after = after if errors[1] <= GROWN else "altogether"
-    low, high = (plain(f, 3) for f in found.problem.band)
+    s = "" if found.further is not None else "s"
     return (
-        f"{_laws(found)} explain{'' if found.further is not None else 's'} the recordings from {low} to {high} Hz, but "
-        f"as a whole they are {after} off with it and {before} without it, so that {so}. {what_to_do}"
+        f"{_laws(found)} {_nearer(beginning or found, s)}, but as a whole the recordings are {after} off with it and "
+        f"{before} without it, so that {so}. {what_to_do}"
     )
+
+
+def _nearer(found: Diagnosis, s: str) -> str:
+    """By what laws won, with the `s` of a verb: what they leave in the window and the band of the diagnosis, where that
+    is less than without them."""
+    before, after = errors_in_band(found)
+    if not after < before:
+        return f"explain{s} the data that chose best"
+    low, high = (plain(f, 3) for f in found.problem.band)
+    first = ""
+    if found.sigma > 0:
+        shortest = min((r.n * r.dt for r in found.problem.records if r.frf is None), default=np.inf)
+        first = f"about the first {seconds_seen(found.sigma, shortest)} s of "
+    left, without = (f"{plain(100 * e, 3)} %" for e in (after, before))
+    return f"leave{s} {left} of {first}the recordings from {low} to {high} Hz, where {without} is left without it"
+
+
+def errors_in_band(found: Diagnosis) -> tuple[float, float]:
+    """Errors of the updated and of the final model on all fit recordings in the window and the band of the
+    diagnosis, as `plain_errors` has them on all frequencies."""
+    sums = np.zeros(3)
+    for record in found.problem.records:
+        before, recorded = updated(found, record), recorded_of(record)
+        after = final(found, record, before)
+        parts = (before - recorded, after - recorded, recorded)
+        sums += [float((np.abs(_inside(found, record, y)) ** 2).sum()) for y in parts]
+    without, after_all = np.sqrt(sums[:2] / max(sums[2], 1e-300))
+    return float(without), float(after_all)
 
 
 def _laws(found: Diagnosis) -> str:

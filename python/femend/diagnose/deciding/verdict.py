@@ -79,7 +79,7 @@ def _of_a_beginning(found: Diagnosis, told: Diagnosis) -> Diagnosis:
     a whole the model has to come nearer to them. To be sure, a law has to come near to the noise, or what it leaves has
     to be of motion that cannot be followed: models that explain the beginning as well part as far."""
     whole = replace(told, sigma=0.0)
-    if off := further_off(whole, plain_errors(whole), LATER):
+    if off := further_off(whole, plain_errors(whole), LATER, beginning=told):
         return replace(found, verdict="located-not-named", place=told.place, advice=off)
     if told.verdict != "missing-physics":
         return told
