@@ -9,6 +9,7 @@ import pytest
 
 from femend.data import Channel
 from femend.estimate import FitRecord
+from femend.model.known_mesh import Unresolved
 from femend.study.result.left_over import left_beside, left_beside_sine, left_over, shares_outside
 from femend.study.result.predictions import Prediction
 
@@ -106,6 +107,29 @@ def test_laws_that_leave_what_lies_outside_the_band_hide_nothing() -> None:
     said = left_beside("missing-physics", rows, [seen], (5.0, 450.0))
     assert "outside 5 to 450 Hz, where there are too few samples to a cycle" in said
     assert "sample at more than 1000 Hz" in said
+
+
+@pytest.mark.parametrize(("pid", "error"), [(2, 0.013), (0, -0.02)])
+def test_a_band_that_ends_where_the_mesh_does_asks_for_no_other_force(pid: int, error: float) -> None:
+    """The force reached 70 Hz, the mesh 54.3 Hz, and it was said to excite too little above that."""
+    t = np.arange(1000) * 1e-3
+    slow, quick = np.sin(2 * np.pi * 20 * t), np.sin(2 * np.pi * 300 * t)
+    channel = Channel(None, "acceleration", "m/s^2", "a")
+    made = {"parameters": slow[None], "final": slow[None]}
+    seen = Prediction("high", "fit", 1e-3, (channel,), made, (slow + 0.3 * quick)[None])
+    rows = [{"recording": "high", "role": "fit", "noise_floor": 0.05, "parameters": 0.3, "final": 0.3}]
+    missed = Unresolved(105.0, error, 1.5, pid, 100.0)
+    what = f"refine property {pid}" if pid else "refine the mesh, or let its masses be consistent (PARAM,COUPMASS,1)"
+    for verdict, tell in (("parameters-only", left_over), ("missing-physics", left_beside)):
+        said = tell(verdict, rows, [seen], (5.0, 100.0), (), missed)
+        assert "where the deck's mesh is too coarse for models to be compared" in said
+        assert said.endswith(what)
+        assert "force" not in said
+        # where the band ends before the mesh does, it is the force
+        assert "the force excites too little" in tell(verdict, rows, [seen], (5.0, 90.0), (), missed)
+        # what stands below the band is none of the mesh's
+        drift = Prediction("high", "fit", 1e-3, (channel,), made, (slow + 0.3 * np.sin(2 * np.pi * 2 * t))[None])
+        assert "mesh" not in tell(verdict, rows, [drift], (5.0, 100.0), (), missed)
 
 
 @pytest.mark.parametrize("driven", [True, False])

@@ -70,19 +70,23 @@ class Unresolved:
     cut: bool = False
 
     @property
+    def what_to_do(self) -> str:
+        """What makes the mesh follow more."""
+        where = f"refine property {self.pid}" if self.pid else "refine the mesh"
+        return where + (", or let its masses be consistent (PARAM,COUPMASS,1)" if self.error < 0 else "")
+
+    @property
     def text(self) -> str:
         """The warning."""
         seen = (
             f"the mesh has {plain(self.points, 2)} points a wavelength at {plain(self.freq, 3)} Hz, which puts a mode "
             f"there {plain(100 * self.error, 2, signed=True)} % off{' even refined' if self.cut else ''}"
         )
-        where = f"refine property {self.pid}" if self.pid else "refine the mesh"
-        where += ", or let its masses be consistent (PARAM,COUPMASS,1)" if self.error < 0 else ""
         if self.limit == 0:
-            return f"{seen}; it is the first mode of the band, so that no lines are left out: {where}"
+            return f"{seen}; it is the first mode of the band, so that no lines are left out: {self.what_to_do}"
         # of bending waves, whose length goes with the square root of the frequency
         there = self.points * np.sqrt(self.freq / self.limit)
         return (
             f"{seen}; up to {plain(self.limit, 3)} Hz it has {plain(there, 2)} or more: lines above are left out, "
-            f"{plain(100 * self.share, 2)} % of the recorded power; {where}"
+            f"{plain(100 * self.share, 2)} % of the recorded power; {self.what_to_do}"
         )

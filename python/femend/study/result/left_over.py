@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.estimate import FitRecord
 from femend.estimate.power import PASSED
 from femend.estimate.stretches import following
+from femend.model.known_mesh import Unresolved
 from femend.numerals import plain
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise, noise_without
 from femend.study.result.predictions import Prediction
@@ -22,6 +23,7 @@ FloatArray = NDArray[np.float64]
 # share of the motion above the band that follows the force from which the force is not what lacks there
 FOLLOWS = 0.5
 TOO_FEW = "there are too few samples to a cycle"
+TOO_COARSE = "the deck's mesh is too coarse"
 # error beside laws, in units of the noise, from which it is told
 BESIDE_LAWS = 3.0
 
@@ -60,10 +62,11 @@ def left_over(
     predictions: Sequence[Prediction] = (),
     band: tuple[float, float] = (0.0, np.inf),
     records: Sequence[FitRecord] = (),
+    missed: Unresolved | None = None,
 ) -> str:
     """What has to be said beside silence where the updated model leaves clearly more than noise. Outside the fitted
-    `band` (Hz) models are not compared: what is left there of the `predictions` is told as such, and whether the force
-    or the sampling is the reason, as the `records` show it."""
+    `band` (Hz) models are not compared: what is left there of the `predictions` is told as such, and whether what the
+    mesh `missed`, the force or the sampling is the reason, as the `records` show it."""
     if verdict not in ("consistent", "parameters-only"):
         return ""
     times, worst = farthest_from_noise(fit, "parameters")
@@ -84,6 +87,11 @@ def left_over(
             f"excites too little for models to be compared{_mostly(own, band[0])}: above that it is noise. Sensors "
             "that drift or show a trend leave such; see to their zero, or record with a high-pass filter"
         )
+    if _ends_band(missed, band):
+        return (
+            f"{left}; {plain(100 * above, 3)} % of its square lies above {plain(band[1], 3)} Hz, where {TOO_COARSE} "
+            f"for models to be compared: below that it is noise. If those frequencies matter, {missed.what_to_do}"
+        )
     if own is not None and _sampled_too_slowly(own, band[1], records):
         return (
             f"{left}; {plain(100 * above, 3)} % of its square lies above {plain(band[1], 3)} Hz, near half the "
@@ -103,10 +111,11 @@ def left_beside(
     predictions: Sequence[Prediction] = (),
     band: tuple[float, float] = (0.0, np.inf),
     records: Sequence[FitRecord] = (),
+    missed: Unresolved | None = None,
 ) -> str:
     """What has to be said beside laws that leave much of a recording: what chose them may not show all that is
     there. What is left of the `predictions` outside the fitted `band` (Hz), where nothing is compared, is told as
-    such, and whether the force or the sampling is the reason, as the `records` show it."""
+    such, and whether what the mesh `missed`, the force or the sampling is the reason, as the `records` show it."""
     times, worst = farthest_from_noise(fit, "final")
     if verdict != "missing-physics" or worst is None or times < BESIDE_LAWS:
         return ""
@@ -118,7 +127,9 @@ def left_beside(
     below, above = shares_outside(own, band, "final")
     if noise_without(times, below + above):
         why, what = "the force excites too little", "record with a force that reaches further"
-        if own is not None and above > below and _sampled_too_slowly(own, band[1], records):
+        if above > below and _ends_band(missed, band):
+            why, what = TOO_COARSE, missed.what_to_do
+        elif own is not None and above > below and _sampled_too_slowly(own, band[1], records):
             why, what = TOO_FEW, _faster(own)
         return (
             f"{left}; {plain(100 * (below + above), 3)} % of its square lies outside {plain(band[0], 3)} to "
@@ -129,6 +140,11 @@ def left_beside(
         f"{left}: something else that was not found shows there, or motion that depends on its past too much to be "
         "followed; predictions of such recordings are that far off"
     )
+
+
+def _ends_band(missed: Unresolved | None, band: tuple[float, float]) -> TypeGuard[Unresolved]:
+    """Whether a band (Hz) ends where the mesh follows no longer."""
+    return missed is not None and missed.limit > 0 and bool(np.isclose(missed.limit, band[1]))
 
 
 def _sampled_too_slowly(prediction: Prediction, end: float, records: Sequence[FitRecord]) -> bool:
