@@ -118,6 +118,14 @@ def test_of_several_findings_each_is_named_above_its_values() -> None:
     assert not any(line.startswith("finding") for line in summary(RESULT).splitlines())
 
 
+@pytest.mark.parametrize(("status", "told"), [("stalled", True), ("interrupted", False), ("converged", False)])
+def test_a_fit_that_stalled_is_explained(status: str, told: bool) -> None:
+    said = summary({**RESULT, "status": status})
+    assert ("status    stalled: the last fit ended before it came to its minimum" in said) is told
+    assert ("a smaller prior_sd" in said) is told
+    assert ("status    " in said) is (status != "converged")
+
+
 def test_quiet_says_nothing(diagnosis: Callable[..., None], tmp_path: Path) -> None:
     diagnosis(write_result)
     (tmp_path / "s.toml").write_text("")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,20 @@ def test_laws_that_leave_much_of_a_recording_are_told_with_that() -> None:
     assert "still leaves 16 % of high, 8 times its noise" in said
     assert left_beside("missing-physics", rows[:1]) == ""
     assert left_beside("located-not-named", rows) == ""
+
+
+def test_frfs_hold_no_motion_that_depends_on_its_past() -> None:
+    freq = np.linspace(10.0, 100.0, 50)
+    H = np.ones((50, 1, 1), dtype=complex)
+    channel: Any = Channel(None, "acceleration", "m/s^2", "a")
+    frf: Any = SimpleNamespace(freq=freq)
+    rows = [{"recording": "frf_b", "role": "fit", "noise_floor": 0.004, "parameters": 0.8, "final": 0.06}]
+    seen = Prediction("frf_b", "fit", 0.0, (channel,), {"final": 0.94 * H}, H, frf, (10.0, 100.0))
+    said = left_beside("missing-physics", rows, [seen], (10.0, 100.0))
+    assert "still leaves 6 % of frf_b, 15 times its noise: something else that was not found shows there" in said
+    assert "past" not in said
+    assert "refine the mesh and see whether it shrinks" in said
+    assert "depends on its past" in left_beside("missing-physics", rows)
 
 
 def test_a_sine_along_one_axis_that_leaves_much_is_no_place_to_look() -> None:

@@ -30,6 +30,14 @@ def test_page_is_well_formed_and_self_contained(verdict: str) -> None:
     assert len(text.encode()) < 2_000_000
 
 
+def test_a_fit_that_stalled_is_explained() -> None:
+    made = content()
+    for status, told in (("stalled", True), ("converged", False)):
+        page = Page(render(dataclasses.replace(made, result={**made.result, "status": status})))
+        assert page.wrong == []
+        assert ("Stalled. The last fit ended before it came to its minimum" in page.text) is told
+
+
 def test_missing_physics_says_what_where_how_much_and_how_sure() -> None:
     page = Page(render(content()))
     assert (

@@ -53,7 +53,8 @@ def summary(result: Mapping[str, Any]) -> str:
         parts.append(f"updated   {', '.join(updated)}")
     status = str(result.get("status") or "")
     if status not in ("", "converged"):
-        parts.append(f"status    {status}")
+        told = words.status_text(status)
+        parts.append(f"status    {status}{': ' if told else ''}{told}")
     fit = _fit_table(result)
     if fit:
         parts += ["", fit]

@@ -42,6 +42,7 @@ def render(content: ReportContent) -> str:
     return template.render(
         content=content,
         status=str(content.result.get("status") or ""),
+        status_told=words.sentence(words.status_text(str(content.result.get("status") or ""))),
         advice=words.sentence(str(content.result.get("advice") or "")),
         warnings=[words.sentence(str(text)) for text in content.result.get("warnings") or ()],
         staged=bool(content.result.get("stages")),

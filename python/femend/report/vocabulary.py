@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["DIRECTIONS", "PARAMETERS", "PHYSICS", "VERDICTS"]
+__all__ = ["DIRECTIONS", "PARAMETERS", "PHYSICS", "STATUS", "VERDICTS"]
 
 VERDICTS = {
     "consistent": "Consistent",
@@ -10,6 +10,13 @@ VERDICTS = {
     "missing-physics": "Missing physics",
     "located-not-named": "Located, not named",
     "undetermined": "Undetermined",
+}
+
+# what a status means, and what to do
+STATUS = {
+    "stalled": "the last fit ended before it came to its minimum, so that values may be off by more than the "
+    "deviations told: hold what is told against the errors of held-out recordings, and run the study again with "
+    "fewer parameters, or a smaller prior_sd for those with the widest deviations",
 }
 
 PHYSICS = {

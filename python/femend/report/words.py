@@ -13,7 +13,7 @@ from typing import Any
 from femend.numerals import listed
 from femend.report.entries import mapping, number, rows
 from femend.report.numbers import pretty_unit, quantity
-from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
+from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, STATUS, VERDICTS
 
 __all__ = [
     "TENTATIVE",
@@ -35,6 +35,7 @@ __all__ = [
     "rows",
     "sentence",
     "span_text",
+    "status_text",
     "sure_text",
     "verdict_name",
 ]
@@ -48,6 +49,11 @@ CONSIDERED = 3
 def verdict_name(verdict: str) -> str:
     """The verdict as a title; an unknown one is returned as it is."""
     return VERDICTS.get(verdict, verdict)
+
+
+def status_text(status: str) -> str:
+    """What a status means and what to do; "" of one that says it by its name, or whose advice does."""
+    return STATUS.get(status, "")
 
 
 def physics_name(physics: str, parameters: Mapping[str, Any] | None = None) -> str:

@@ -136,6 +136,12 @@ def left_beside(
             f"{plain(band[1], 3)} Hz, where {why} for models to be compared: inside it is noise. Predictions are that "
             f"far off outside; if it matters, {what}"
         )
+    if own is not None and own.frf is not None:
+        return (
+            f"{left}: something else that was not found shows there, or what the mesh and the idealisation leave, "
+            "which shows above noise as small as that: refine the mesh and see whether it shrinks. Predictions of such "
+            "recordings are that far off"
+        )
     return (
         f"{left}: something else that was not found shows there, or motion that depends on its past too much to be "
         "followed; predictions of such recordings are that far off"
