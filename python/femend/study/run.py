@@ -221,6 +221,9 @@ class _Task:
         if self.right.whole:
             return result
         gone = {one.text for one in answered(self.doubted, result, self.right.left_out)}
+        for text in filter(gone.__contains__, result["warnings"]):
+            # it was said when the run began
+            self.steps.tell(f"no longer in doubt, since the model explains what was recorded as it is: {text}")
         return {**result, "warnings": [text for text in result["warnings"] if text not in gone]}
 
     def _doubted_first(self, result: dict[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from femend.progress import Progress
+from femend.progress import Progress, tell
 from femend.report.runinfo import RunInfo
 
 __all__ = ["Steps"]
@@ -26,6 +26,10 @@ class Steps:
             self._progress.start(name)
         with self._info.step(name):
             yield
+
+    def tell(self, text: str) -> None:
+        """Tells a sentence that is no warning."""
+        tell(self._progress, text)
 
     @contextmanager
     def parts(self, name: str) -> Iterator[Progress]:
