@@ -30,7 +30,7 @@ from femend.study.damping_told import at_dashpots, damping_told
 from femend.study.doubts.corrections import BEYOND, Corrections, corrections_of, left_out_unseen
 from femend.study.doubts.explained import answered
 from femend.study.doubts.plausible import Doubted, doubts_found
-from femend.study.doubts.priors import bounds_told
+from femend.study.doubts.priors import bounds_told, far_told
 from femend.study.doubts.sound import deck_doubts, warnings_of
 from femend.study.file.load import load_study
 from femend.study.file.study import Study
@@ -209,6 +209,8 @@ class _Task:
             result = result_of(diagnosis, predictions, records, self.warnings)
             factors = {name: entry["factor"] for name, entry in result["parameters"].items()}
             result["warnings"] += bounds_told(self.study.parameters, factors)
+            # what recordings that are off as a whole make of a parameter is told with what they are off by
+            result["warnings"] += [] if self.right.whole else far_told(self.study.parameters, factors)
             result["warnings"] += at_dashpots(self.model, result["findings"])
             result = self.right.told_in(self._doubted_first(self._answered(result)))
         run = StudyRun(self.study, self.model, used, self.pairing, records, diagnosis, predictions, result)

@@ -1,5 +1,5 @@
-"""Priors of a study's parameters that are hardly meant: per cent, or values in units, where shares are asked for; and
-bounds, which a diagnosis does not hold."""
+"""Priors of a study's parameters that are hardly meant: per cent, or values in units, where shares are asked for;
+bounds, which a diagnosis does not hold; and values that came out far from what their priors expect."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from femend.model import Parameter
 from femend.numerals import plain
 
-__all__ = ["bounds_told", "prior_doubts"]
+__all__ = ["bounds_told", "far_told", "prior_doubts"]
 
 # relative 1-sigma from which a prior says hardly anything: of stiffnesses and dashpots of springs and joints, which may
 # be known to an order of magnitude, and of all else
@@ -18,6 +18,8 @@ WIDE_JOINT, WIDE = 3.0, 1.0
 NARROW = 1e-3
 # what a per cent that was meant stands between
 PER_CENT = (1.0, 100.0)
+# prior standard deviations beyond which an updated value is not what was expected of it, by chance one of 400
+FAR = 3.0
 
 
 def prior_doubts(parameters: Sequence[Parameter]) -> list[str]:
@@ -67,3 +69,31 @@ def bounds_told(parameters: Sequence[Parameter], factors: Mapping[str, float | N
         "prior_sd: make it smaller where a value must stay near the deck's"
         f"{''.join(f'. {text}' for text in outside)}"
     ]
+
+
+def far_told(parameters: Sequence[Parameter], factors: Mapping[str, float | None]) -> list[str]:
+    """A sentence about those of `parameters` whose updated factor, by name in `factors`, is far outside of its prior,
+    furthest first; none where all are within three standard deviations."""
+    off = {p: _deviations(p, factors.get(p.name)) for p in parameters}
+    far = sorted((p for p in parameters if off[p] > FAR), key=lambda p: -off[p])
+    if not far:
+        return []
+    each = ", ".join(
+        f"{p.name!r} came to {plain(factors[p.name] or 0.0)} times the deck's value, {plain(off[p], 2)} of its prior "
+        f"standard deviations (prior_sd = {p.prior_sd:g})"
+        for p in far
+    )
+    it = "it has" if len(far) == 1 else "they have"
+    return [
+        f"parameter{'s' * (len(far) > 1)} {each}: where that is not plausible, {it} taken up something else that the "
+        "study does not know (what is missing, a dimension or mass that is no parameter, sensors or forces that are "
+        "off), and the updated deck is none to go on with: look for that, or name parameters for it; widen prior_sd "
+        "where such a value is plausible"
+    ]
+
+
+def _deviations(parameter: Parameter, factor: float | None) -> float:
+    """Prior standard deviations that a `factor` is from the deck's value; 0 of none."""
+    if factor is None:
+        return 0.0
+    return abs(math.log(factor)) / parameter.prior_sd if factor > 0 else math.inf

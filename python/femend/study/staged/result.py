@@ -13,7 +13,7 @@ from femend.diagnose.staged.select import NOT_TOLD, Round
 from femend.model.terms.linear_terms import LinearTerm
 from femend.numerals import plain
 from femend.report.mode_words import frequency_errors
-from femend.study.doubts.priors import bounds_told
+from femend.study.doubts.priors import bounds_told, far_told
 from femend.study.result.findings import alternatives
 from femend.study.result.predictions import STAGES, Prediction
 from femend.study.result.result import FORMAT
@@ -52,7 +52,8 @@ def staged_result(
     verdict, advice = _verdict(setup, data, final, findings)
     noise = {s.recordings[0]: s.noise for s in final.stages if s.name == "FRFs" or s.run is not None}
     parameters = _parameters(setup, final)
-    bounds = bounds_told(setup.free.parameters, {name: entry["factor"] for name, entry in parameters.items()})
+    factors = {name: entry["factor"] for name, entry in parameters.items()}
+    bounds = [*bounds_told(setup.free.parameters, factors), *far_told(setup.free.parameters, factors)]
     return {
         "format": FORMAT,
         "verdict": verdict,
