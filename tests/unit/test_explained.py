@@ -28,7 +28,7 @@ def result(final: float = 0.021, verdict: str = "missing-physics", factor: float
 
 
 def test_what_a_final_model_to_the_noise_explains_is_no_doubt() -> None:
-    doubts = [doubted("level"), doubted("sensor sign", "7:+Z"), doubted("held", "8:+Z")]
+    doubts = [doubted("level"), doubted("sensor sign", "7:+Z"), doubted("held", "8:+Z"), doubted("elsewhere", "9:+Z")]
     assert answered(doubts, result()) == doubts
 
 
@@ -38,6 +38,13 @@ def test_what_a_final_model_to_the_noise_explains_is_no_doubt() -> None:
 )
 def test_doubts_stay_where_more_than_noise_is_left_or_a_parameter_took_the_level(left: dict[str, Any]) -> None:
     assert answered([doubted("level")], left) == []
+
+
+def test_a_sensor_that_stands_elsewhere_stays_one_where_it_is_not_explained() -> None:
+    """Left out, or what it shows beyond the model taken for its noise, it is explained by no model."""
+    one = doubted("elsewhere", "9:+Z")
+    assert answered([one], result(final=0.06)) == []
+    assert answered([one], result(), {"9:+Z"}) == []
 
 
 def test_a_recording_to_the_noise_answers_its_own_doubts() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -212,28 +212,39 @@ class _Task:
             # what recordings that are off as a whole make of a parameter is told with what they are off by
             result["warnings"] += [] if self.right.whole else far_told(self.study.parameters, factors)
             result["warnings"] += at_dashpots(self.model, result["findings"])
-            result = self.right.told_in(self._doubted_first(self._answered(result)))
+            answered_in = self._answered(result, self._unexplained(diagnosis))
+            result = self.right.told_in(self._doubted_first(answered_in))
         run = StudyRun(self.study, self.model, used, self.pairing, records, diagnosis, predictions, result)
         if self.out is not None:
             _write(run, self.out, self.info)
         return run
 
-    def _answered(self, result: dict[str, Any]) -> dict[str, Any]:
-        """The result without warnings of what it answers."""
+    def _answered(self, result: dict[str, Any], unexplained: Collection[str] = ()) -> dict[str, Any]:
+        """The result without warnings of what it answers, which is nothing of sensors that it leaves `unexplained`."""
         if self.right.whole:
             return result
-        gone = {one.text for one in answered(self.doubted, result, self.right.left_out)}
+        gone = {one.text for one in answered(self.doubted, result, {*self.right.left_out, *unexplained})}
         for text in filter(gone.__contains__, result["warnings"]):
             # it was said when the run began
             self.steps.tell(f"no longer in doubt, since the model explains what was recorded as it is: {text}")
         return {**result, "warnings": [text for text in result["warnings"] if text not in gone]}
 
+    def _unexplained(self, diagnosis: Diagnosis) -> set[str]:
+        """Sensors, by name, that a `diagnosis` left out of its fit, or what they show beyond the model to noise."""
+        records = diagnosis.problem.records
+        rows = {row for r in records for row in (*(x[0] for x in r.crossed), *(x[0] for x in r.loud))}
+        dofs = (
+            {c.dof for r in self.right.test if r.role == "fit" for c in r.sensors if c.dof is not None} if rows else ()
+        )
+        return {str(dof) for dof in dofs if self.model.row(self.pairing[dof].dof) in rows}
+
     def _doubted_first(self, result: dict[str, Any]) -> dict[str, Any]:
         """The result with what is doubtful of the test or the deck as a whole at the head of its advice, where nothing
-        was named: a search for missing physics does not make up for other units, another time step or no supports."""
+        was named: a search for missing physics does not make up for other units, another time step or no supports. A
+        level that what is missing may make as well comes first in nothing, as it does in the search."""
         if result["verdict"] not in ("located-not-named", "undetermined"):
             return result
-        told = [text for text in self._contradictions() if text in result["warnings"]]
+        told = [text for text in self._contradictions(sure=True) if text in result["warnings"]]
         if not told:
             return result
         first = "settle this first, since no place and no law can be told beside it: " + "; ".join(told)
