@@ -87,6 +87,14 @@ def test_what_no_card_holds_is_a_comment(model: Model) -> None:
     assert cards(model, finding("cubic_stiffness", [1, 3], "", {"k3": 1.0})) == []
 
 
+def test_a_place_without_a_name_is_one_line_of_comment(model: Model) -> None:
+    """A line without a word stood behind it."""
+    unnamed = finding("", [3], "Z", {})
+    assert deck_cards(model, {"findings": [unnamed]}) == ["$ femend: unnamed at node 3 Z to ground"]
+    of_class = {**unnamed, "class": "dissipative"}
+    assert deck_cards(model, {"findings": [of_class]})[1:] == ["$ femend: dissipative"]
+
+
 @pytest.mark.parametrize(
     ("found", "words"),
     [

@@ -42,7 +42,8 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         name = finding["physics"] or "unnamed"
         words = words or finding.get("class", "")
         of = f" (elements {', '.join(map(str, where['elements']))})" if where.get("elements") else ""
-        lines += [f"$ femend: {name} {_place(where)}{of}", f"$ femend: {words}", *cards]
+        told = filter(None, [f"{name} {_place(where)}{of}", words])
+        lines += [*(f"$ femend: {line}" for line in told), *cards]
     soft = _soft(result)
     return lines + (_supports(model, soft) if soft else [])
 
