@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femend.diagnose.locating.joint import open_joint
+from femend.diagnose.locating.joint import enlarged, open_joint
 from femend.estimate import Problem
 from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.mesh.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
@@ -141,6 +141,49 @@ def test_a_cut_takes_no_more_than_a_softer_element_has(reduced: ReducedModel) ->
     # without the errors' share the cut takes more than there is
     taken = place.w(joint.reduced.V, joint.reduced.V_a)
     assert eigh(K - 0.1 * taken.T @ taken / place.release[0, 0], M, eigvals_only=True)[0] < -1e-6 * highest
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_a_softer_member_that_is_cut_leaves_no_spring_in_the_cut(
+    reduced: ReducedModel, monkeypatch: pytest.MonkeyPatch, large: bool
+) -> None:
+    """A cantilever with a hinge at its clamp swings as freely where it lacks a tenth of its stiffness."""
+    if large:
+        monkeypatch.setattr(form_errors_module, "LARGE", 1)
+    errors = form_errors(reduced, F_MAX)
+    model = reduced.model
+    place = next(p for p in find_places(model) if p.kind == "clamp" and p.direction == "RY")
+    unit = next(i for i, u in enumerate(errors.units) if place.elements[0] in u.elements)
+    joint = open_joint(place, errors.on(reduced), F_MAX, [6 * model.index(13) + 2])
+    own = len(reduced.names)
+    direction = errors.weights[:, unit]
+    p = np.zeros(len(joint.reduced.names))
+    K, M = at(joint.reduced, p)
+    swings = eigh(K, M)[1][:, 0]
+    p[own : own + len(direction)] = np.log1p(-0.1 * SD / STIFFNESS_SD * direction / (direction @ direction))
+    spring = swings @ (at(joint.reduced, p)[0] - K) @ swings / float((joint.w @ swings)[0]) ** 2
+    assert abs(spring) < 0.01 * 0.1 * place.release[0, 0]
+
+
+def test_a_cut_held_as_stiff_as_its_element_is_as_the_structure_stands(reduced: ReducedModel) -> None:
+    """Whatever parameters and members' errors make of the element that is cut: rigid is rigid."""
+    errors = form_errors(reduced, F_MAX)
+    model = reduced.model
+    place = next(p for p in find_places(model) if p.kind == "clamp" and p.direction == "RY")
+    assert place.parameter is not None
+    joint = open_joint(place, errors.on(reduced), F_MAX, [6 * model.index(13) + 2])
+    whole = enlarged([place], errors.on(reduced), F_MAX, [6 * model.index(13) + 2])
+    whole = errors.in_all_shapes(whole, place.elements)
+    p = 0.1 * np.random.default_rng(2).standard_normal(len(whole.names))
+    p[place.parameter] = 0.2
+    for opened in (joint, joint.held_by(np.array([0.3 * place.release[0, 0]]))):
+        softer = opened.at(p)
+        rigid = softer.w.T @ (softer.w / softer.compliance[:, None])
+        found, (expected, _) = at(softer.reduced, p)[0] + rigid, at(whole, p)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+        assert np.abs(
+            at(opened.reduced, p)[0] + opened.w.T @ (opened.w / opened.compliance[:, None]) - expected
+        ).max() > (1e-3 * np.abs(expected).max())
 
 
 def test_of_many_units_the_strongest_combinations_are_those_of_all(monkeypatch: pytest.MonkeyPatch) -> None:

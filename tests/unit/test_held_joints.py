@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
-from femend.diagnose.fitting.candidates import Start
+from femend.diagnose.fitting.candidates import Candidate, Start
 from femend.diagnose.fitting.closed_loop import loop_of
+from femend.diagnose.fitting.linear import refit_linear
 from femend.diagnose.fitting.predict import predict_model
 from femend.diagnose.locating.joint import Joint, open_joint, open_joints
 from femend.diagnose.locating.recovered import recover
@@ -60,7 +63,8 @@ def undamped(problem: Problem, joint: Joint) -> Array:
 
 
 def test_without_damping_it_makes_no_difference(reduced: ReducedModel) -> None:
-    problem, joint = problem_of(reduced), opened(reduced)
+    # but for how far the mass of the element that is cut goes with its end
+    problem, joint = problem_of(reduced), replace(opened(reduced), loose=())
     held = joint.held_by(np.full(1, HELD))
     x, p = np.log([K]), undamped(problem, joint)
     laws = [one.hypothesis(("support_stiffness",), x, np.ones(1)) for one in (joint, held)]
@@ -77,7 +81,7 @@ def test_the_modes_with_the_spring_have_the_damping(reduced: ReducedModel) -> No
     omega, zeta, _, _ = problem.system(held.reduced).modal(p)
     g = K / (1 + K * joint.compliance[0])
     closed = joint.reduced.K_fixed + g * joint.w.T @ joint.w
-    mass = joint.reduced.M_fixed.copy()
+    mass = held.reduced.M_fixed.copy()
     for term in joint.reduced.terms:
         closed = closed + (0.0 if term.K is None else term.K)
         mass = mass + (0.0 if term.M is None else term.M)
@@ -93,6 +97,33 @@ def test_the_modes_with_the_spring_have_the_damping(reduced: ReducedModel) -> No
     with_law = predict_model(problem, laws, p, x, problem.records[0])
     np.testing.assert_allclose(with_law, bare, atol=1e-9 * np.abs(bare).max())
     assert np.isfinite(y).all()
+
+
+@pytest.mark.parametrize("k", [K, 3e4])
+def test_the_modes_are_those_of_a_beam_with_an_end_of_its_own(reduced: ReducedModel, k: float) -> None:
+    """The element that is cut has its mass where its own end is, not where the node is: with that, modes of short waves
+    come out with their frequencies, whatever holds the end."""
+    joint = opened(reduced)
+    problem, place, fe = problem_of(reduced), joint.place, reduced.model.fe
+    T = reduced.model.transformation().toarray()
+    K_g, M_g = np.zeros((fe.n_g + 1, fe.n_g + 1)), np.zeros((fe.n_g + 1, fe.n_g + 1))
+    (turns,) = place.lets_go
+    for eid, _, _ in fe.elements():
+        rows, K_e, M_e = fe.element_matrices(eid, np.ones(len(reduced.model.parameters)))
+        # beside its rows by how much less the end of the element that is cut moves than the node
+        own = np.column_stack([np.eye(len(rows)), turns if (eid,) == place.elements else np.zeros(len(rows))])
+        at = np.ix_([*rows, fe.n_g], [*rows, fe.n_g])
+        K_g[at] += own.T @ K_e @ own
+        M_g[at] += own.T @ M_e @ own
+    K_g[-1, -1] += k
+    free = np.block([[T, np.zeros((len(T), 1))], [np.zeros((1, T.shape[1])), np.ones((1, 1))]])
+    expected = np.sqrt(eigh(free.T @ K_g @ free, free.T @ M_g @ free, eigvals_only=True)[:3])
+    off = []
+    for one in (joint, replace(joint, loose=())):
+        held = one.held_by(np.full(1, k)).reduced
+        omega = problem.system(held).modal(problem.prior(held)[0])[0][: len(expected)]
+        off.append(float(np.abs(omega / expected - 1).max()))
+    assert off[0] < 2e-5 < 1e-4 < off[1], off
 
 
 def test_what_is_simulated_is_what_is_predicted(reduced: ReducedModel) -> None:
@@ -126,3 +157,23 @@ def test_of_several_places_each_is_held_as_it_says(reduced: ReducedModel) -> Non
     free = open_joints([other, place], reduced, small_study.BAND[1], rows)
     np.testing.assert_allclose(both.w[0], free.w[0])
     assert free.held is None
+
+
+def test_a_joint_is_as_stiff_as_it_is_whatever_its_member_is(reduced: ReducedModel) -> None:
+    """Where the element that is cut is a fifth stiffer than drawn, and the joint half as stiff as the element, what is
+    told is the joint."""
+    joint = opened(reduced)
+    assert joint.place.parameter is not None
+    k = 0.5 * float(joint.place.release[0, 0])
+    x = np.log([k])
+    problem = problem_of(reduced)
+    p = problem.prior(joint.reduced)[0]
+    p[joint.place.parameter] = np.log(1.2)
+    truth = joint.at(p).held_by(np.full(1, k))
+    record = problem.records[0]
+    y = predict_model(problem, truth.hypothesis(("support_stiffness",), x, np.ones(1)), p, x, record)
+    problem = problem_of(reduced, y)
+    begun = Candidate(physics("support_stiffness"), "joint_stiffness", joint.held_by(np.full(1, k)), {"k": k}, p, x, 1,
+                      0.0, 1.0, 1.0)  # fmt: skip
+    found = refit_linear(problem, begun)
+    assert found.values["k"] == pytest.approx(k, rel=0.01)

@@ -18,6 +18,31 @@ __all__ = ["Joint", "enlarged", "open_joint", "open_joints", "with_loads"]
 
 FloatArray = NDArray[np.float64]
 
+# share of an element's stiffness that is left of it at least
+SOFTEST = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class LooseEnd:
+    """An element with an end that is cut: its mass `M` (n, n), its rows of the basis `V` (n, r), the motions `U` (n, m)
+    of the end that are let go, and how far they open at rest under no moment `D` (m, r), at coordinates `at` of its
+    joint.
+
+    The element is a small part of the structure, and heavy enough for its end all the same: left to turn with the node,
+    it puts modes of a hinged frame, a quarter of a member long, half a per cent off, and more than that their shapes.
+    """
+
+    M: FloatArray
+    V: FloatArray
+    U: FloatArray
+    D: FloatArray
+    at: slice
+
+    def mass(self, share: FloatArray) -> FloatArray:
+        """What its mass (r, r) is more where the cut opens by a `share` (n_w,) of what it does under no moment."""
+        loose = self.V - self.U @ (share[self.at][:, None] * self.D)
+        return np.asarray(loose.T @ self.M @ loose - self.V.T @ self.M @ self.V)
+
 
 @dataclass(frozen=True, eq=False)
 class Joint:
@@ -26,7 +51,9 @@ class Joint:
 
     Modes have damping ratios, and those of a structure that is cut open are not those that were recorded. So a cut may
     be `held` (n_w,) by springs of about the stiffness of its law, which are part of the reduced model; the law acts
-    beyond them.
+    beyond them. `cuts` has the place that is cut of every coordinate, None of one that is attached, `loose` the masses
+    of the elements that are cut; `opened` is the joint as it was opened, at the deck's values, of one that was changed
+    since.
     """
 
     place: Place
@@ -34,6 +61,9 @@ class Joint:
     w: FloatArray
     compliance: FloatArray
     held: FloatArray | None = None
+    cuts: tuple[Place | None, ...] = ()
+    loose: tuple[LooseEnd, ...] = ()
+    opened: Joint | None = None
 
     def hypothesis(
         self, laws: tuple[str, ...] | None, mean: FloatArray | None = None, sd: FloatArray | None = None
@@ -51,7 +81,55 @@ class Joint:
         g = k / (1 + k * self.compliance)
         share = 1 - g * self.compliance
         reduced = replace(self.reduced, K_fixed=self.reduced.K_fixed + self.w.T @ (g[:, None] * self.w))
-        return Joint(self.place, reduced, share[:, None] * self.w, share * self.compliance, np.asarray(k))
+        for end in self.loose:
+            # a cut opens by so much less of what it does under no moment
+            held = end.mass(share) - end.mass(np.ones(len(share)))
+            reduced = replace(reduced, M_fixed=reduced.M_fixed + held)
+        reduced = _cut_open(reduced) if self.is_cut else reduced
+        opened = self if self.opened is None else self.opened
+        w, compliance = share[:, None] * self.w, share * self.compliance
+        return Joint(self.place, reduced, w, compliance, np.asarray(k), self.cuts, self.loose, opened)
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether a connection of the deck is cut at any of its coordinates."""
+        return any(cut is not None for cut in self.cuts)
+
+    def softness(self, p: FloatArray) -> FloatArray:
+        """Factors on the compliance in series (n_w,) where cut elements are as stiff as unknowns `p` (n_p,) make
+        them."""
+        return np.array([1.0 if cut is None else 1 / _stiffer(self.reduced, cut, p) for cut in self.cuts])
+
+    def at(self, p: FloatArray) -> Joint:
+        """The same joint with the compliance in series that its elements have at unknowns `p` (n_p,) of the model.
+
+        What is left between the two sides of a cut at the deck's values, (1/f - 1)/S where the element is f times as
+        stiff as drawn, is told as the law's otherwise, and is as much as all of a stiff joint.
+        """
+        if not self.is_cut:
+            return self
+        opened = self if self.opened is None else self.opened
+        there = replace(opened, compliance=opened.compliance * self.softness(p), opened=opened)
+        return there if self.held is None else there.held_by(self.held)
+
+
+def _loose_end(place: Place, reduced: ReducedModel, D: FloatArray, first: int) -> LooseEnd:
+    """The element of a cut, which opens by `D` (n_w, r) at rest, at coordinates from the `first` one on."""
+    model = reduced.model
+    rows, _, M = model.fe.element_matrices(place.elements[0], np.ones(len(model.parameters)))
+    return LooseEnd(M, np.asarray(reduced.V[rows]), np.array(place.lets_go).T, D, slice(first, first + place.n_w))
+
+
+def _cut_open(reduced: ReducedModel) -> ReducedModel:
+    """A model that was cut open, or is held there by springs, without what its beams add to the modes it has then."""
+    return reduced if reduced.form is None else reduced.form.opened(reduced)
+
+
+def _stiffer(reduced: ReducedModel, cut: Place, p: FloatArray) -> float:
+    """How many times as stiff as drawn the element of a cut is at unknowns `p` (n_p,) of the model."""
+    factor = 1.0 if cut.parameter is None else float(np.exp(p[cut.parameter]))
+    own = 0.0 if reduced.form is None else reduced.form.stiffer(reduced, cut.elements[0], p)
+    return max(factor + own, SOFTEST)
 
 
 def open_joint(place: Place, reduced: ReducedModel, f_max: float, g_rows: list[int]) -> Joint:
@@ -73,6 +151,8 @@ def open_joints(
     """
     own = enlarged(places, reduced, f_max, g_rows)
     rows, compliances = [np.zeros((0, own.r))], [np.zeros(0)]
+    cuts: list[tuple[Place, FloatArray]] = []
+    loose: list[LooseEnd] = []
     for place in places:
         B = place.w(own.V, own.V_a)
         if place.release is None:
@@ -81,12 +161,22 @@ def open_joints(
             continue
         # Cuts of one member end do not couple (axes of the section), so that S is diagonal and so is the compliance.
         inverse = 1 / np.diag(place.release)
-        taken = B.T @ (inverse[:, None] * B)
-        own = own.minus(taken, place.parameter)
-        own = own if own.form is None else own.form.cut(own, place.elements[0], taken)
+        cuts.append((place, B.T @ (inverse[:, None] * B)))
+        loose.append(_loose_end(place, own, inverse[:, None] * B, sum(len(row) for row in rows)))
         rows.append(inverse[:, None] * B)
         compliances.append(inverse)
-    joint = Joint(places[0], own, np.vstack(rows), np.concatenate(compliances))
+    # what members lack is known by the modes of the structure as it stands
+    if cuts and own.form is not None and len(own.form.weights):
+        own = own.form.in_all_shapes(own, [e for place, _ in cuts for e in place.elements])
+    for place, taken in cuts:
+        own = own if own.form is None else own.form.cut(own, place.elements[0], taken)
+    for place, taken in cuts:
+        own = own.minus(taken, place.parameter)
+    for end in loose:
+        own = replace(own, M_fixed=own.M_fixed + end.mass(np.ones(sum(place.n_w for place in places))))
+    own = _cut_open(own) if cuts else own
+    each_cut = [None if place.release is None else place for place in places for _ in range(place.n_w)]
+    joint = Joint(places[0], own, np.vstack(rows), np.concatenate(compliances), None, tuple(each_cut), tuple(loose))
     if all(k is None for k in held):
         return joint
     each = zip(places, held, strict=True)

@@ -103,7 +103,7 @@ class FormErrors:
     modes where it is known better; `mesh_sd` is the mesh's standard deviation. `beams` are frequencies (Hz) with the
     relative error that beams make in a mode of that frequency. Units and beams act on the modes up to `top` (Hz) alone:
     what else a basis holds are no shapes of their own, but may have so little mass that a few standard
-    deviations of an error would take away all of it."""
+    deviations of an error would take away all of it. In a structure that is cut open they act on all shapes."""
 
     units: tuple[_Unit, ...]
     weights: FloatArray
@@ -150,7 +150,7 @@ class FormErrors:
     def cut(self, reduced: ReducedModel, element: int, K: FloatArray) -> ReducedModel:
         """The reduced model with these errors where a cut of `element` takes away K (r, r) at the deck's values: the
         cut takes as much less as the element is less stiff, or the model would have negative stiffness."""
-        share = self.weights @ np.array([u.sd if element in u.elements else 0.0 for u in self.units])
+        share = self._share(element)
         if not share.any():
             return reduced
         first = reduced.names.index("form 1")
@@ -160,6 +160,47 @@ class FormErrors:
             K_fixed=reduced.K_fixed + np.sum([part for _, part in parts], axis=0),
             terms=(*reduced.terms, *(Term(((first + i, 1.0),), -part) for i, part in parts)),
         )
+
+    def in_all_shapes(self, reduced: ReducedModel, elements: Sequence[int]) -> ReducedModel:
+        """The reduced model with these errors, which is about to be cut open at `elements`, where units lack of their
+        own in every shape of the basis what they lack between modes: of a large model the units of these elements.
+
+        A member that is softer between modes alone leaves a spring in a cut of it, which takes as much less in all
+        shapes.
+        """
+        small = reduced.model.fe.n_a < LARGE
+        own = [i for i, u in enumerate(self.units) if not u.turns and (small or set(elements) & set(u.elements))]
+        if not own:
+            return reduced
+        whole = _combined(reduced, [self.units[i] for i in own], self.weights[:, own])
+        first, more, K_fixed, M_fixed = reduced.names.index("form 1"), [], reduced.K_fixed, reduced.M_fixed
+        for i, ((K, M), (k, m)) in enumerate(zip(whole, _among_modes(reduced, self.top, whole), strict=True)):
+            dK, dM = (K - k) / SD, (M - m) / SD
+            K_fixed, M_fixed = K_fixed - dK, M_fixed - dM
+            more.append(Term(((first + i, 1.0),), dK, dM))
+        return replace(reduced, K_fixed=K_fixed, M_fixed=M_fixed, terms=(*reduced.terms, *more))
+
+    def opened(self, reduced: ReducedModel) -> ReducedModel:
+        """A model that was cut open without what beams add to its own modes, where it is without what they add to those
+        of the whole structure: taken off a shape that the cut lets go, that is more than the shape has of stiffness."""
+        if reduced.beams is None:
+            return reduced
+        cut = reduced.with_beams()
+        omega, Q = basis_modes(cut)
+        return replace(self, beams=_known(cut, omega, Q, self.top))._without_beams(cut)
+
+    def stiffer(self, reduced: ReducedModel, element: int, p: FloatArray) -> float:
+        """By what share of its stiffness as drawn an element is stiffer at unknowns `p` (n_p,) of a model with these
+        errors, whatever parameters do."""
+        share = self._share(element)
+        if not share.any():
+            return 0.0
+        first = reduced.names.index("form 1")
+        return float(share @ np.expm1(p[first : first + len(share)])) / SD
+
+    def _share(self, element: int) -> FloatArray:
+        """Relative change of an element's stiffness by one standard deviation of every combination (n,)."""
+        return np.asarray(self.weights @ np.array([u.sd if element in u.elements else 0.0 for u in self.units]))
 
     def _without_beams(self, reduced: ReducedModel) -> ReducedModel:
         if not self.beams or reduced.beams is not None:

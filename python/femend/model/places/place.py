@@ -31,6 +31,7 @@ class Place:
         to: what it connects to: "ground", a node id as text, or a member as text.
         g_rows, g_values: force pattern of every direction vector on the g-set, one pair of arrays each.
         release: stiffness S (n_w, n_w) of a cut, None for an attached place.
+        lets_go: of a cut, the motion (n,) of the element's rows that each direction vector lets go.
         parameter: parameter that scales the member's or region's stiffness, None where there is none.
         elements: elements of a member, region or connection, or the one whose end is cut.
         label: the place in words.
@@ -66,6 +67,7 @@ class Place:
     spring: float = 0.0
     mass: float = 0.0
     bed: tuple[tuple[int, NDArray[np.int64], FloatArray], ...] = ()
+    lets_go: tuple[FloatArray, ...] = ()
 
     @property
     def scaled(self) -> bool:

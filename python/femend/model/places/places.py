@@ -5,7 +5,8 @@ d = wᵀu. There are two kinds. *Attached* places (to ground, between two joints
 direction. *Released* places sit inside the structure (the end of a member, a clamp): the connection is cut open, so
 that a law can carry what the rigid connection carried. With the element's stiffness K_e and the cut DOFs s, the
 released structure has K - B S⁻¹ Bᵀ, B = K_e[:, s], S = K_e[s, s]; the opening of the cut under a moment m is
-d = S⁻¹ Bᵀ u - S⁻¹ m, so that w = B S⁻¹ with the compliance S⁻¹ in series.
+d = S⁻¹ Bᵀ u - S⁻¹ m, so that w = B S⁻¹ with the compliance S⁻¹ in series. The element's mass goes with its own end,
+which moves by d less than the node.
 """
 
 from __future__ import annotations
@@ -261,7 +262,7 @@ def _end_places(model: Model, top: Topology, joint: int, eid: int, end: int) -> 
         keep = np.flatnonzero(pattern)
         places.append(
             Place(kind, (joint,), direction, to, (rows[keep],), (pattern[keep],), np.array([[stiffness]]), parameter,
-                  (eid,), f"{base}, {direction}")
+                  (eid,), f"{base}, {direction}", lets_go=(unit,))
         )  # fmt: skip
     turns = [cut for cut in cuts if cut[0] >= 3]
     if len(turns) > 1:
@@ -269,7 +270,7 @@ def _end_places(model: Model, top: Topology, joint: int, eid: int, end: int) -> 
         patterns = [pattern for _, pattern, _, _ in turns]
         places.append(
             Place(kind, (joint,), "R", to, tuple(rows for _ in turns), tuple(patterns), S, parameter, (eid,),
-                  f"{base}, all rotations")
+                  f"{base}, all rotations", lets_go=tuple(unit for *_, unit in turns))
         )  # fmt: skip
     return places
 
