@@ -20,6 +20,7 @@ from femend import read_model
 from femend.cli import main
 from femend.demo import STUDY
 from femend.diagnose import diagnosis as steps
+from femend.report.vocabulary import PHYSICS
 from femend.study import StudyInterrupted
 from femend.study import run as study_run
 from femend.study.run import diagnose
@@ -104,8 +105,15 @@ def test_places_ranked_so_far_are_told(study: Path, tmp_path: Path, monkeypatch:
     result = read(tmp_path / "out")
     assert "node 7 to ground, Z (" in result["advice"]
     assert "no law was judged" in result["advice"]
+    # one force there explains the recordings, whatever it is
+    assert (result["verdict"], result["status"]) == ("located-not-named", "interrupted")
+    (finding,) = result["findings"]
+    assert finding["location"]["nodes"] == [7]
+    assert finding["physics"] not in PHYSICS
+    assert "by which law is not decided" in result["advice"]
+    assert all(row["final"] == row["parameters"] for row in result["fit"])
     assert "ranked places" in str(stop)
-    assert "Where something could be missing" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Why there" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_best_law_judged_so_far_is_told_as_the_likeliest(
@@ -210,6 +218,14 @@ def test_stopped_while_more_is_looked_for_what_was_found_is_told(
     assert all(row["final"] < row["parameters"] for row in result["fit"])
 
 
+def test_a_model_that_explains_the_recordings_is_said_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = small_study.write_study(tmp_path / "study", small_study.Truth(E))
+    stop_at(monkeypatch, steps, "try_loads")
+    result = stopped_run(study, None).run.result
+    assert (result["verdict"], result["findings"]) == ("undetermined", [])
+    assert "the updated model explains the recordings, the ones that choose too" in result["advice"]
+
+
 def test_a_law_that_brings_too_little_is_not_told(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor is one that could be followed in the beginning of the recordings alone."""
     from femend.diagnose.naming import name
@@ -217,7 +233,8 @@ def test_a_law_that_brings_too_little_is_not_told(study: Path, monkeypatch: pyte
     stop_at(monkeypatch, name, "masses_from_afar")
     monkeypatch.setattr("femend.diagnose.deciding.interrupted.accepted", lambda found, best: False)
     stop = stopped_run(study, None)
-    assert (stop.run.result["verdict"], stop.run.result["findings"]) == ("undetermined", [])
+    (finding,) = stop.run.result["findings"]
+    assert finding["physics"] not in PHYSICS
     assert stop.run.diagnosis.best is None  # the final model is the updated one
 
 

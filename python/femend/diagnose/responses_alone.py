@@ -40,12 +40,16 @@ def diagnose_responses(
     Raises RecordingError with fewer than three responses.
     """
     settings, tell, so_far = settings or Settings(), progress or SilentProgress(), so_far or SoFar()
-    driven = locate_drive(model, records, zeta, settings, tell, so_far)
+
+    def note(driven: Driven) -> None:
+        so_far.driven = driven
+        so_far.places(driven.start, driven.located)
+
+    driven = locate_drive(model, records, zeta, settings, tell, note)
     if not driven.explained:
         so_far.start, so_far.driven = None, None
         return None
-    so_far.driven = driven
-    so_far.places(driven.start, driven.located)
+    note(driven)
     plainly = one_more_force(driven, settings)
     moved = None if plainly or not driven.located else moves_with_level(driven.start)
     more = plainly or moved is not None

@@ -271,6 +271,8 @@ def _located(findings: Sequence[Result], result: Result) -> str:
         whole = "though together they" if len(likeliest) > 1 else "though it"
         return f"Likeliest missing: {'; and '.join(likeliest)}, {whole} {do} explain all that is left{gain}."
     where = f"{what}, most likely {place}" if _open(finding) else f"{what} {place}"
+    if result.get("status") == INTERRUPTED:
+        return f"Interrupted before it was decided what the model lacks: {where}{gain}."
     return f"The model lacks {where}, but no law tried explains it well enough to be named{gain}."
 
 

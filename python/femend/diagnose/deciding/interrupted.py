@@ -29,6 +29,13 @@ MAYBE_MORE = (
 )
 
 AGAIN = "nothing of this is decided: run the study again to its end for a verdict"
+# what is said where the updated model explains the recordings
+AT_THE_NOISE = (
+    "the updated model explains the recordings, the ones that choose too; whether a law would relieve its parameters "
+    "is not decided: run the study again to its end for a verdict"
+)
+# what is said where one force at one place explains them
+PLACE_ALONE = "one force there explains the recordings, by which law is not decided: run the study again to its end"
 
 
 def undecided(
@@ -39,7 +46,8 @@ def undecided(
     more effects than it had found, which its advice says.
 
     Before that the best law judged so far is the likeliest of something that is located and not named, if it brings
-    what a law has to bring; else the verdict is "undetermined", and the final model is the updated one.
+    what a law has to bring. Without one the place is told where the updated model is far from the noise and one force
+    there explains the recordings; else the verdict is "undetermined". The final model is the updated one then.
     """
     if so_far.found is not None:
         return so_far.found
@@ -60,8 +68,12 @@ def undecided(
     )  # fmt: skip
     settled = _settled(so_far, ranked, split, alone.candidate.chosen, f'{why} in the step "{step}"')
     likeliest = _likeliest(found)
+    if likeliest is None and _explained_there(found):
+        place = found.located[0]
+        return replace(found, verdict="located-not-named", place=place, advice=f"{settled}; {PLACE_ALONE}")
     if likeliest is None:
-        return replace(found, advice=f"{settled}; {AGAIN}")
+        at_noise = max(start.null.score, alone.candidate.chosen) <= settings.consistent
+        return replace(found, advice=f"{settled}; {AT_THE_NOISE if so_far.located and at_noise else AGAIN}")
     law = refitted_to_all(found, likeliest, simulated=False)
     advice = f"{settled}; it is in the final model as the likeliest so far; {AGAIN}"
     return replace(found, verdict="located-not-named", best=law, place=likeliest.located, advice=advice)
@@ -76,6 +88,17 @@ def _likeliest(found: Diagnosis) -> Ranked | None:
         return None
     most = max(found.settings.adequate, MOST * found.null_chosen.chosen)
     return best if best.candidate.chosen <= most and accepted(found, best) else None
+
+
+def _explained_there(found: Diagnosis) -> bool:
+    """Whether the updated model is far from the noise, and one force at the first place explains the recordings; not
+    where none was recorded, beside which any force explains much."""
+    if not found.located or found.problem.load is not None:
+        return False
+    there, settings = found.located[0].fit, found.settings
+    return bool(
+        found.null.score > settings.far and there.score <= settings.adequate and not settings.bends(there.prior)
+    )
 
 
 def _settled(so_far: SoFar, ranked: list[Ranked], split: Split, without: float, stopped: str) -> str:

@@ -9,14 +9,13 @@ off at the drive, and a law found so has to hold with the force free again.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.deciding.so_far import SoFar
 from femend.diagnose.driven.moving_base import as_moving_base, on_moving_base
 from femend.diagnose.evidence import fall
 from femend.diagnose.fitting.candidates import Candidate
@@ -82,16 +81,16 @@ def locate_drive(
     zeta: float,
     settings: Settings | None = None,
     progress: Progress | None = None,
-    so_far: SoFar | None = None,
+    note: Callable[[Driven], None] = lambda driven: None,
 ) -> Driven:
     """The place of the force that drove the structure, the model updated with it, and what is missing beside it.
 
     `records` hold no forces; `zeta` is the starting damping ratio. The force acts along one axis of a node, as far as
-    the deck's own axes go, or is a motion of the base along one. `so_far` is filled with every drive that the model was
-    updated with, before what is missing beside it is located. Raises RecordingError with fewer than three responses,
-    and where no place can be fitted.
+    the deck's own axes go, or is a motion of the base along one. `note` gets every drive that the model was updated
+    with, before what is missing beside it is located. Raises RecordingError with fewer than three responses, and where
+    no place can be fitted.
     """
-    settings, tell, so_far = settings or Settings(), progress or SilentProgress(), so_far or SoFar()
+    settings, tell = settings or Settings(), progress or SilentProgress()
     fewest = min(records, key=lambda r: r.y.shape[0])
     if fewest.y.shape[0] < LEAST_SENSORS:
         raise RecordingError(
@@ -122,8 +121,8 @@ def locate_drive(
         glance = [] if is_many(drives) else _at_a_glance(problem, reduced, drives)
         chosen += _unlike(problem, reduced, glance, GLANCES, [place for place, _ in chosen])
         if len(chosen) > 1:
-            place, p = _likeliest(bare, problem, chosen, places, settings, so_far)
-    best = _beside(bare, problem, place, p, places, so_far)
+            place, p = _likeliest(bare, problem, chosen, places, settings, note)
+    best = _beside(bare, problem, place, p, places, note)
     if best is None:
         raise RecordingError("the model cannot be solved with the force that was located; check its mass and stiffness")
     quieter = quieter_records(best.start.problem, best.located, UNSURE)
@@ -147,7 +146,7 @@ def _likeliest(
     chosen: Sequence[tuple[Place, FloatArray]],
     places: Sequence[Place],
     settings: Settings,
-    so_far: SoFar,
+    note: Callable[[Driven], None],
 ) -> tuple[Place, FloatArray]:
     """The drive beside which least is left of the record of middle level, with unknowns of the model there; those that
     alone leave far more of it than the first does are not looked into."""
@@ -156,7 +155,7 @@ def _likeliest(
     starts = [(place, updated_by(model, middle.driven_at(place), _row(place), p)) for place, p in chosen]
     known = [(place, start) for place, start in starts if start is not None]
     if known:
-        _settled(so_far, *known[0], places)
+        note(_alone(*known[0], places))
     least = min((start.null.cost for _, start in known), default=0.0)
     tried = [_placed(place, start, places) for place, start in known if start.null.cost <= HOPELESS * least]
     best = min(tried, key=lambda one: _least(one, settings), default=None)
@@ -205,14 +204,13 @@ def _unlike(
     return [first[i - len(beside)] for i in taken[len(beside) :]]
 
 
-def _settled(so_far: SoFar, drive: Place, start: UpdatedModel, places: Sequence[Place]) -> None:
-    """Keeps a drive with the model updated under it, for a run that is stopped while places are tried beside it."""
-    so_far.driven = Driven(drive, start, [], list(places), ())
-    so_far.places(start, [])
+def _alone(drive: Place, start: UpdatedModel, places: Sequence[Place]) -> Driven:
+    """A drive with the model updated under it, before places are tried beside it."""
+    return Driven(drive, start, [], list(places), ())
 
 
 def _beside(
-    model: Model, problem: Problem, drive: Place, p: FloatArray, places: Sequence[Place], so_far: SoFar
+    model: Model, problem: Problem, drive: Place, p: FloatArray, places: Sequence[Place], note: Callable[[Driven], None]
 ) -> Driven | None:
     """The model updated from unknowns `p` with a force at the place `drive`, and the places of what is missing beside
     it."""
@@ -225,7 +223,7 @@ def _beside(
         start = updated_by(model, under, (), p, partial(on_moving_base, moving))
     if start is None:
         return None
-    _settled(so_far, moving or drive, start, places)
+    note(_alone(moving or drive, start, places))
     return _placed(moving or drive, start, places)
 
 

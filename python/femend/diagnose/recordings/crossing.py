@@ -64,11 +64,14 @@ def as_sensors_are(
 
 def _two_explain(start: UpdatedModel, located: Sequence[Located], places: Sequence[Place], cost: float) -> bool:
     """Whether forces at two of the `places`, one of them among the best `located`, explain the recordings as sensors
-    are, and clearly better than one force with shares, which is left with the `cost`."""
+    are, and clearly better than one force with shares, which is left with the `cost`; beddings take long to fit, and
+    are none of the two."""
     if is_many(places):
         return False
     for one in shortlist(located)[:FIRSTS]:
-        aside = [p for p in places if p is not one.place and not set(p.elements) & set(one.place.elements)]
+        aside = [
+            p for p in places if p is not one.place and not p.bed and not set(p.elements) & set(one.place.elements)
+        ]
         reduced, beside = (one.fit.hypothesis.reduced, ()) if one.place.part else (start.reduced, (one.place,))
         two = locate(start.problem, reduced, aside, one.fit, beside)
         if two and explains(two[0].fit) and two[0].cost < cost - CLEARLY:
