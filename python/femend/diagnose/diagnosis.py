@@ -20,6 +20,7 @@ from femend.diagnose.loads.unmeasured import plainly_unmeasured
 from femend.diagnose.locating.alike import with_look_alikes
 from femend.diagnose.locating.directions import in_other_directions
 from femend.diagnose.locating.locate import Located, cost_of, locate, shortlist
+from femend.diagnose.locating.members_there import members_there
 from femend.diagnose.locating.sensed import sensed_places
 from femend.diagnose.locating.split import split_records, weaker_first
 from femend.diagnose.naming.between_members import with_pairs_between
@@ -270,6 +271,9 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
         if sigma > 0 or not unclear(alone, ranked, settings):
             break
         ranked, sigma = at_its_own(*more(ranked, wider(task.located, tried), reach))
+    if sigma == 0 and (unclear(alone, ranked, settings) or (ranked and settings.bends(ranked[0].candidate.prior))):
+        members = members_there(start.problem, start.reduced, task.places, task.located, tried)
+        ranked, sigma = more(ranked, members, settings) if members else (ranked, sigma)
     return given, alone, ranked, sigma
 
 
