@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from femend.diagnose.locating.joint import open_joint
 from femend.diagnose.locating.sensed import sensed_places
 from femend.errors import ModelError
 from femend.estimate import FitRecord, Problem
@@ -75,6 +76,9 @@ def test_a_cut_keeps_the_stiffness_of_the_directions_left(tmp_path: Path) -> Non
     assert whole.release is not None
     assert kept.release is not None
     np.testing.assert_allclose(kept.release, whole.release[1:, 1:])
+    for left, right in zip(kept.lets_go, whole.lets_go[1:], strict=True):
+        np.testing.assert_array_equal(left, right)
+    assert open_joint(kept, reduced, 100.0, [6 * 6 + Z]).w.shape[0] == 2
     # a mass moves in both planes; alone it is a place of its own
     mass = mass_place(reduced.model, 7)
     assert [p.n_w for p in sensed_places(problem((Y, Z)), reduced, [mass])] == [2]

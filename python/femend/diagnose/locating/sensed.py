@@ -60,6 +60,7 @@ def _as_sensed(place: Place, sensed: NDArray[np.bool_]) -> Place | None:
         g_rows=tuple(place.g_rows[i] for i in kept),
         g_values=tuple(place.g_values[i] for i in kept),
         release=None if place.release is None else place.release[np.ix_(kept, kept)],
+        lets_go=tuple(place.lets_go[i] for i in kept) if place.lets_go else (),
     )
 
 
