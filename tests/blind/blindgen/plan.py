@@ -25,16 +25,7 @@ EFFECTS = [
 ]
 RARE = ["base_motion", "load_misplaced", "unmeasured_force"]
 # what FRFs, which average over levels, are of
-LINEAR = [
-    "support_stiffness",
-    "joint_stiffness",
-    "added_mass",
-    "tuned_absorber",
-    "viscous_damper",
-    "viscoelastic",
-    "structural_damping",
-    "compliant_support",
-]
+LINEAR = [*EFFECTS[: EFFECTS.index("quadratic_damping")], "compliant_support"]
 KINDS = ("one", "linear", "outside", "two")
 LONE = {
     "plate": ("joint_stiffness",),
