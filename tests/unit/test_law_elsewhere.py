@@ -120,13 +120,15 @@ def test_the_nearest_joints_come_first(tmp_path: Path) -> None:
 
 
 def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before places of further kinds, after these and after those in other directions."""
+    """Before places of further kinds, after these and after those in other directions; members at the best places come
+    last, and where the best law bends the model."""
     asked: list[list[str]] = []
     steps = iter([["more"], [], ["other"], ["own"]])
+    prior = 0.0
 
     def naming(given: Any, found: list[Any], *rest: Any, **more: Any) -> tuple[list[Any], float]:
         asked.append([one.place for one in found])
-        return [SimpleNamespace(score=float(-len(asked)), candidate=SimpleNamespace(chosen=2.0))], 0.0
+        return [SimpleNamespace(score=float(-len(asked)), candidate=SimpleNamespace(chosen=2.0, prior=prior))], 0.0
 
     monkeypatch.setattr(diagnosis, "name_physics", naming)
     monkeypatch.setattr(diagnosis, "unclear", lambda *given: True)
@@ -136,6 +138,7 @@ def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.Mon
     monkeypatch.setattr(
         diagnosis, "where_it_explains_more", lambda *given: [SimpleNamespace(place=p) for p in next(steps, [])]
     )
+    monkeypatch.setattr(diagnosis, "members_there", lambda *given: [SimpleNamespace(place="member")])
     monkeypatch.setattr(diagnosis, "_lost_on_the_way", lambda *given: False)
     monkeypatch.setattr(diagnosis, "replace", lambda one, **changes: one)
     start = SimpleNamespace(problem=None, reduced=None, null=None)
@@ -144,9 +147,13 @@ def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.Mon
                                 so_far=SimpleNamespace(ranked=[]))  # fmt: skip
     alone: Any = SimpleNamespace(score=100.0)
     diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
-    assert asked == [["first"], ["more"], ["kind"], ["direction"], ["other"]]
+    assert asked == [["first"], ["more"], ["kind"], ["direction"], ["other"], ["member"]]
     # where enough is explained, it is asked all the same
     asked.clear()
     monkeypatch.setattr(diagnosis, "unclear", lambda *given: False)
     diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
     assert asked == [["first"], ["own"]]
+    asked.clear()
+    prior = 1000.0
+    diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
+    assert asked == [["first"], ["member"]]
