@@ -103,17 +103,22 @@ def _leaked(H: ComplexArray, coherence: FloatArray, noise: FloatArray) -> FloatA
     bend[[0, -1]] = bend[[1, -2]]
     # second differences of noise alone have six times its power, three times as much by chance on one line in twenty
     leaked = BROADENED * np.sqrt(np.maximum(bend**2 - 18 * noise**2, 0.0))
+    return np.where(leaked < LEAKS * _of_one_average(H, coherence), leaked, 0.0)
+
+
+def _of_one_average(H: ComplexArray, coherence: FloatArray) -> FloatArray:
+    """Standard deviation (K, n_out) of an FRF from one average, as the coherence g^2 tells it: |H| sqrt((1 - g^2)/g^2)
+    (Bendat and Piersol, Random Data, 4th ed., ch. 9)."""
     g2 = np.clip(coherence, 1e-6, 1 - 1e-9)
-    return np.where(leaked < LEAKS * np.abs(H) * np.sqrt((1 - g2) / g2), leaked, 0.0)
+    return np.asarray(np.abs(H) * np.sqrt((1 - g2) / g2))
 
 
 def _noise(freq: FloatArray, H: ComplexArray, coherence: FloatArray | None) -> FloatArray:
     """Standard deviation (K, n_out) of every value.
 
     Over short stretches all responses share the poles: H (1 + a1 d + a2 d^2) = b0 + b1 d + b2 d^2 (local rational
-    method, McKelvey and Guerin, SYSID 2012); what that leaves is noise. A coherence g^2 says how the noise goes from
-    line to line, sd ~ |H| sqrt((1 - g^2)/g^2) (Bendat and Piersol, Random Data, 4th ed., ch. 9), and what is left
-    how large it is, since the number of averages is not in the file.
+    method, McKelvey and Guerin, SYSID 2012); what that leaves is noise. A coherence says how the noise goes from line
+    to line (`_of_one_average`), and what is left how large it is, since the number of averages is not in the file.
     """
     K, n_out = H.shape
     middles, power = [], []
@@ -128,8 +133,7 @@ def _noise(freq: FloatArray, H: ComplexArray, coherence: FloatArray | None) -> F
     at = np.arange(K)
     sd = np.sqrt(np.column_stack([np.interp(at, middles, found[:, o]) for o in range(n_out)]))
     if coherence is not None:
-        g2 = np.clip(coherence, 1e-6, 1 - 1e-9)
-        shape = np.abs(H) * np.sqrt((1 - g2) / g2)
+        shape = _of_one_average(H, coherence)
         sd = shape * (np.median(sd, axis=0) / np.maximum(np.median(shape, axis=0), 1e-300))
     return np.asarray(np.maximum(sd, 1e-6 * np.sqrt((np.abs(H) ** 2).mean(axis=0))))
 

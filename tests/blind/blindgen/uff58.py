@@ -40,39 +40,46 @@ class ResponseFunction:
 
 def encode_function(f: ResponseFunction, title: str) -> bytes:
     """One dataset 58b of function type 4 (FRF, single complex) or 6 (coherence, single real), even spacing."""
-    data = np.asarray(f.data, "<f4" if f.coherence else "<c8")
-    (node, direction), (force_node, force_direction) = f.at, f.force
-    head = [
-        f"{'coherence' if f.coherence else 'accelerance'} node {node} dir {direction}".ljust(80),
-        title.ljust(80),
-        "20-Nov-26 00:00:00".ljust(80),
-        "NONE".ljust(80),
-        "NONE".ljust(80),
-        f"{6 if f.coherence else 4:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{node:10d}{direction:4d} {'NONE':10s}"
-        f"{force_node:10d}{force_direction:4d}",
-        f"{2 if f.coherence else 5:10d}{data.size:10d}{1:10d}{f.freq[0]:13.5e}{f.freq[1] - f.freq[0]:13.5e}{0.0:13.5e}",
-    ]
     over = 0 if f.coherence else FORCE
-    axes = ((18, "Hz"), (0 if f.coherence else ACCELERATION, UNIT[ACCELERATION]), (over, UNIT[FORCE]), (0, "NONE"))
-    for code, unit in axes:
-        head.append(f"{code:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {unit if code else 'NONE':20s}")
-    first = f"{58:6d}b{1:6d}{2:6d}{11:12d}{data.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}"
-    return ("    -1\n" + first + "\n" + "\n".join(head) + "\n").encode("ascii") + data.tobytes() + b"\n    -1\n"
+    axes = (
+        (18, "Hz"),
+        (0, "NONE") if f.coherence else (ACCELERATION, UNIT[ACCELERATION]),
+        (over, UNIT.get(over, "NONE")),
+    )
+    name, kind = ("coherence", 6) if f.coherence else ("accelerance", 4)
+    return _dataset(title, name, kind, f.at, f.force, (f.freq[0], f.freq[1] - f.freq[0]), axes, f.data)
 
 
 def encode(ch: Channel, title: str, rate: float) -> bytes:
-    """One dataset 58b: little-endian IEEE, 11 ASCII lines, even spacing."""
-    data = np.asarray(ch.data, "<f4")
+    """One dataset 58b of function type 1 (time record, single real), even spacing."""
+    axes = ((17, "s"), (ch.kind, UNIT[ch.kind]), (0, "NONE"))
+    return _dataset(title, NAME[ch.kind], 1, (ch.node, ch.direction), (0, 0), (0.0, 1.0 / rate), axes, ch.data)
+
+
+def _dataset(
+    title: str,
+    name: str,
+    kind: int,
+    at: tuple[int, int],
+    force: tuple[int, int],
+    abscissa: tuple[float, float],
+    axes: Sequence[tuple[int, str]],
+    values: np.ndarray,
+) -> bytes:
+    """One dataset 58b: little-endian IEEE of single precision, 11 ASCII lines, spaced evenly from the first `abscissa`
+    in steps of the second; `axes` are code and unit of abscissa, ordinate and its denominator."""
+    of, number = ("<c8", 5) if np.iscomplexobj(values) else ("<f4", 2)
+    data, (start, step) = np.asarray(values, of), abscissa
     head = [
-        f"{NAME[ch.kind]} node {ch.node} dir {ch.direction}".ljust(80),
+        f"{name} node {at[0]} dir {at[1]}".ljust(80),
         title.ljust(80),
         "20-Nov-26 00:00:00".ljust(80),
         "NONE".ljust(80),
         "NONE".ljust(80),
-        f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{ch.node:10d}{ch.direction:4d} {'NONE':10s}{0:10d}{0:4d}",
-        f"{2:10d}{data.size:10d}{1:10d}{0.0:13.5e}{1.0 / rate:13.5e}{0.0:13.5e}",
+        f"{kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{at[0]:10d}{at[1]:4d} {'NONE':10s}{force[0]:10d}{force[1]:4d}",
+        f"{number:10d}{data.size:10d}{1:10d}{start:13.5e}{step:13.5e}{0.0:13.5e}",
     ]
-    for code, unit in ((17, "s"), (ch.kind, UNIT[ch.kind]), (0, "NONE"), (0, "NONE")):
+    for code, unit in (*axes, (0, "NONE")):
         head.append(f"{code:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {unit:20s}")
     first = f"{58:6d}b{1:6d}{2:6d}{11:12d}{data.nbytes:12d}{0:6d}{0:6d}{0:12d}{0:12d}"
     return ("    -1\n" + first + "\n" + "\n".join(head) + "\n").encode("ascii") + data.tobytes() + b"\n    -1\n"

@@ -7,6 +7,8 @@ ends stands for a stiffness within it, and has a resonance that was not recorded
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from femend.data.bands import within_band
@@ -26,6 +28,9 @@ __all__ = [
     "silenced",
     "whole_errors",
 ]
+
+# what counts of a record: its samples in the window, or its lines in the band as well
+Counts = Callable[[Diagnosis, FitRecord, Values], Values]
 
 REFINE = (
     "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
@@ -49,7 +54,17 @@ def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
 
 def whole_errors(found: Diagnosis) -> tuple[float, float]:
     """The same errors of whatever is told, a load too."""
-    total = np.sum([_squares(found, record) for record in found.problem.records], axis=0)
+    return _errors(found, counted)
+
+
+def errors_in_band(found: Diagnosis) -> tuple[float, float]:
+    """The same errors in the band of the diagnosis alone, as `whole_errors` has them on all frequencies."""
+    return _errors(found, _inside)
+
+
+def _errors(found: Diagnosis, counts: Counts) -> tuple[float, float]:
+    """Errors of the updated and of the final model on what `counts` of all fit recordings."""
+    total = np.sum([_squares(found, record, counts) for record in found.problem.records], axis=0)
     before_all, after_all = np.sqrt(total[:2] / max(total[2], 1e-300))
     return float(before_all), float(after_all)
 
@@ -81,13 +96,14 @@ def _inside(found: Diagnosis, record: FitRecord, y: Values) -> Values:
     return np.asarray(np.fft.rfft(counts, axis=1)[:, lines])
 
 
-def _squares(found: Diagnosis, record: FitRecord) -> tuple[float, float, float]:
-    """Squares of what the updated and the final model leave of a recording, and of the recording, summed."""
+def _squares(found: Diagnosis, record: FitRecord, counts: Counts) -> tuple[float, float, float]:
+    """Squares of what the updated and the final model leave of a recording, and of the recording, summed over what
+    `counts` of it."""
     before = updated(found, record)
     after = final(found, record, before)
     recorded = recorded_of(record)
     sums = [
-        float((np.abs(counted(found, record, y)) ** 2).sum()) for y in (before - recorded, after - recorded, recorded)
+        float((np.abs(counts(found, record, y)) ** 2).sum()) for y in (before - recorded, after - recorded, recorded)
     ]
     return sums[0], sums[1], sums[2]
 
@@ -156,19 +172,6 @@ def _nearer(found: Diagnosis, s: str) -> str:
         first = f"about the first {seconds_seen(found.sigma, shortest)} s of "
     left, without = (f"{plain(100 * e, 3)} %" for e in (after, before))
     return f"leave{s} {left} of {first}the recordings from {low} to {high} Hz, where {without} is left without it"
-
-
-def errors_in_band(found: Diagnosis) -> tuple[float, float]:
-    """Errors of the updated and of the final model on all fit recordings in the window and the band of the
-    diagnosis, as `plain_errors` has them on all frequencies."""
-    sums = np.zeros(3)
-    for record in found.problem.records:
-        before, recorded = updated(found, record), recorded_of(record)
-        after = final(found, record, before)
-        parts = (before - recorded, after - recorded, recorded)
-        sums += [float((np.abs(_inside(found, record, y)) ** 2).sum()) for y in parts]
-    without, after_all = np.sqrt(sums[:2] / max(sums[2], 1e-300))
-    return float(without), float(after_all)
 
 
 def _laws(found: Diagnosis) -> str:
