@@ -12,6 +12,8 @@ JOBS ?= $(shell nproc 2>/dev/null || sysctl -n hw.ncpu 2>/dev/null || echo 2)
 # CARGO_FLAGS=--locked (as .ci/run sets it) refuses a Cargo.lock that does not fit the manifests.
 CARGO_FLAGS ?=
 PYTEST_FLAGS ?=
+# A file's tests stay together, since they share fixtures.
+PARALLEL := -n $(JOBS) --dist loadfile
 # The extension module leaves libpython's symbols to the interpreter that loads it, so a test executable of that crate
 # does not link everywhere. It holds no algorithms; pytest exercises it through the package.
 RUST_CRATES := --workspace --exclude femend-py
@@ -61,7 +63,7 @@ test-rust: $(VENV)/.installed
 	cargo test --release --no-fail-fast --jobs $(JOBS) $(RUST_CRATES) $(CARGO_FLAGS)
 
 test-python: build
-	$(BIN)/python -m pytest -m "not slow" -rs --durations=10 $(PYTEST_FLAGS)
+	$(BIN)/python -m pytest -m "not slow" -rs --durations=10 $(PARALLEL) $(PYTEST_FLAGS)
 
 proof: build  ## the proofs that take minutes
 	cargo test --release --lib --tests --no-fail-fast --jobs $(JOBS) $(RUST_CRATES) $(CARGO_FLAGS) -- --ignored
@@ -92,7 +94,7 @@ wheel-test: wheel  ## the wheel in an environment of its own (SMOKE_PYTHON=pytho
 	rm -rf $(SMOKE_VENV)
 	"$(SMOKE_PYTHON)" -m venv $(SMOKE_VENV)
 	$(SMOKE_VENV)/bin/python -m pip install --quiet -r requirements/lock.txt dist/femend-*.whl
-	$(SMOKE_VENV)/bin/python -m pytest -m "not slow" -rs $(PYTEST_FLAGS) $(wildcard tests/api tests/unit)
+	$(SMOKE_VENV)/bin/python -m pytest -m "not slow" -rs $(PARALLEL) $(PYTEST_FLAGS) $(wildcard tests/api tests/unit)
 
 lock: setup  ## pin anew what pyproject.toml asks for (run it with the oldest Python served)
 	$(BIN)/python requirements/lock.py > requirements/lock.new
