@@ -15,7 +15,8 @@ from scipy.linalg import eigh
 from femend.diagnose.locating.joint import enlarged, open_joint
 from femend.estimate import Problem
 from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
-from femend.model.mesh.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
+from femend.model.mesh.form_errors import SD
+from femend.model.mesh.scatter import GYRATION, LUMP_SD, MASS_SD, STIFFNESS_SD
 from femend.model.reduced.reduction import extend_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -58,22 +59,23 @@ def test_nothing_changes_at_the_means(reduced: ReducedModel) -> None:
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-def test_one_member_softer_moves_the_modes_as_its_own_stiffness_does(reduced: ReducedModel) -> None:
-    """The combinations kept carry a member's error into the band's frequencies to a twentieth of it."""
+@pytest.mark.parametrize("heavier", [False, True])
+def test_one_member_off_moves_the_modes_as_it_does_itself(reduced: ReducedModel, heavier: bool) -> None:
+    """The combinations kept carry a member's error into the band's frequencies to a twentieth of it, its mass's apart
+    from its stiffness's."""
     errors = form_errors(reduced, F_MAX)
-    unit = next(i for i, u in enumerate(errors.units) if abs(u.stiffness).max() > 0)
-    elements = errors.units[unit].elements
+    unit = next(
+        i for i, u in enumerate(errors.units) if not u.turns and abs(u.mass if heavier else u.stiffness).max() > 0
+    )
     K, M = at(reduced, np.zeros(len(reduced.names)))
-    softer = K.copy()
-    for eid in elements:
+    omega0 = np.sqrt(eigh(K, M, eigvals_only=True))
+    for eid in errors.units[unit].elements:
         rows, Ke, Me = reduced.model.fe.element_matrices(eid, np.ones(len(reduced.model.parameters)))
-        softer += STIFFNESS_SD * reduced.V[rows].T @ Ke @ reduced.V[rows]
-        # a unit's stiffness and mass are one number here: both move
-        M_e = reduced.V[rows].T @ Me @ reduced.V[rows]
-        M = M + MASS_SD * M_e
-    base = at(reduced, np.zeros(len(reduced.names)))
-    omega0 = np.sqrt(eigh(*base, eigvals_only=True))
-    expected = np.sqrt(eigh(softer, M, eigvals_only=True)) / omega0 - 1
+        if heavier:
+            M = M + MASS_SD * reduced.V[rows].T @ Me @ reduced.V[rows]
+        else:
+            K = K + STIFFNESS_SD * reduced.V[rows].T @ Ke @ reduced.V[rows]
+    expected = np.sqrt(eigh(K, M, eigvals_only=True)) / omega0 - 1
     with_errors = errors.on(reduced)
     p = np.concatenate([np.zeros(len(reduced.names)), SD * errors.weights[:, unit]])
     found = np.sqrt(eigh(*at(with_errors, p), eigvals_only=True)) / omega0 - 1
@@ -109,7 +111,7 @@ def test_a_problem_takes_the_errors_with_their_prior(reduced: ReducedModel) -> N
 def test_a_lump_without_inertia_may_turn(reduced: ReducedModel) -> None:
     """A mass given as a point has a radius of gyration in reality: its rotations get inertia, its mass scatters."""
     units = form_errors(reduced, F_MAX).units
-    lumps = [u for u in units if abs(u.stiffness).max() == 0]
+    lumps = [u for u in units if u.turns]
     assert lumps
     model = reduced.model
     diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))

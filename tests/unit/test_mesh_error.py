@@ -19,9 +19,9 @@ from femend.model.mesh.form_errors import (
     REFINED_MODE_SD,
     REFINED_SHARE,
     SOLID_MODE_SD,
-    SUPPORT_SD,
 )
 from femend.model.mesh.refined import refined_size
+from femend.model.mesh.scatter import SUPPORT_SD
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_refined import bricks, frequencies, shells

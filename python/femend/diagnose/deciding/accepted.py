@@ -7,6 +7,7 @@ import numpy as np
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.evidence import deviance, fall, price
 from femend.diagnose.fitting.candidates import Candidate, standard_deviations
+from femend.diagnose.naming.judge import ToBeat
 from femend.diagnose.naming.ranked import Ranked, at_one_level, effective_values
 from femend.diagnose.naming.shares import needed_share, share_explained
 from femend.diagnose.updating.levels import depends_on_level
@@ -111,7 +112,8 @@ def worth_its_price(found: Diagnosis, law: Candidate) -> bool:
 
 def share_taken(found: Diagnosis, best: Ranked) -> float:
     """Share of what is wrong with the updated model that a law takes away."""
-    return share_explained(found.null_score, best, found.ranked, found.n_values)
+    alone = ToBeat(found.null_chosen, found.n_values, found.null_score)
+    return share_explained(alone, best, found.ranked, found.settings)
 
 
 def clearly_missing(found: Diagnosis) -> bool:

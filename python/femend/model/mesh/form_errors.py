@@ -18,32 +18,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 
 from femend.model.free_body import is_elastic
 from femend.model.mesh.refined import QUADRATIC, is_linear, only_shells
+from femend.model.mesh.scatter import SUPPORT_SD, Unit, units_of
 from femend.model.model import Model
-from femend.model.places.places import topology
 from femend.model.reduced.beam_waves import beam_errors
 from femend.model.reduced.reduction import MODES_ABOVE, ReducedModel, Term
 from femend.model.reduced.static_basis import LARGE
-from femend.model.terms.supports import connected
 
 __all__ = ["MESH_SD", "MODE_SD", "FormErrors", "basis_modes", "form_errors"]
 
 FloatArray = NDArray[np.float64]
 
-# relative standard deviations: stiffness and mass of a member or patch, a lumped mass
-STIFFNESS_SD, MASS_SD, LUMP_SD = 0.01, 0.005, 0.02
-# the same of the stiffness of shells and solids at a support: stresses are singular at a clamp, and the last half per
-# cent of a frequency lies there however fine the mesh (quadratic bricks, 16 or 32 to a clamped bar, differ by as much)
-SUPPORT_SD = 0.05
-# supports beyond this number are idealisations of the deck (a plane model, a symmetry)
-MAX_SUPPORTS = 60
-# a lump given as a point has this radius of gyration, as a share of the model's diagonal
-GYRATION = 0.025
-# patches along the longest side of the elements of one property that are no beams
-PATCHES = 4
 # at most so many combinations, and none with less than this share of the strongest one's effect
 MOST, WORTH = 30, 0.005
 # units beyond this number have only their strongest combinations computed, and their matrices in the basis are held in
@@ -82,20 +70,6 @@ SD = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class _Unit:
-    """Elements that are off together: one standard deviation of their stiffness and mass (m, m) on the rows (m,) of the
-    g-set that they touch, and of their stiffness relative to itself (`sd`); `turns` where a lump was given an inertia
-    that the deck has not."""
-
-    elements: tuple[int, ...]
-    rows: NDArray[np.int64]
-    stiffness: csr_array
-    mass: csr_array
-    sd: float
-    turns: bool = False
-
-
-@dataclass(frozen=True, eq=False)
 class FormErrors:
     """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each; `mesh` is
     the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of;
@@ -105,7 +79,7 @@ class FormErrors:
     what else a basis holds are no shapes of their own, but may have so little mass that a few standard
     deviations of an error would take away all of it. In a structure that is cut open they act on all shapes."""
 
-    units: tuple[_Unit, ...]
+    units: tuple[Unit, ...]
     weights: FloatArray
     mesh: float = 0.0
     mode_sd: float = MODE_SD
@@ -230,7 +204,7 @@ class FormErrors:
 def form_errors(reduced: ReducedModel, f_max: float, *, mesh_as_built: bool = False) -> FormErrors:
     """The combinations of member and mass errors that change modes up to `f_max` (Hz) most, and what beams are known to
     leave out, but for structures that are `mesh_as_built`: recordings simulated with the deck."""
-    units, mesh = _units(reduced.model), f_max if _linear(reduced.model) else 0.0
+    units, mesh = units_of(reduced.model), f_max if _linear(reduced.model) else 0.0
     mode_sd = SOLID_MODE_SD if _linear(reduced.model.as_drawn) & set(QUADRATIC) else MODE_SD
     first_sds = _refined_sds(reduced, mode_sd)
     mesh_sd = MESH_SD if reduced.model.mesh_error is None else HALVED * MESH_SD
@@ -240,15 +214,16 @@ def form_errors(reduced: ReducedModel, f_max: float, *, mesh_as_built: bool = Fa
     if not units:
         return FormErrors((), np.zeros((0, 0)), mesh, mode_sd, first_sds, mesh_sd, top, beams)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
-    first = is_elastic(omega)
-    own = np.flatnonzero(first[:n_band])
+    elastic = is_elastic(omega)
+    own = np.flatnonzero(elastic[:n_band])
     square = omega[own, None] ** 2
     gap = np.maximum(np.abs(omega[None, :] ** 2 - square), APART * square)
     V = reduced.V @ Q
     effects = np.zeros((len(units), len(own) * reduced.r))
     for effect, unit in zip(effects, units, strict=True):
         at = V[unit.rows]
-        effect[:] = ((at[:, own].T @ (unit.stiffness @ at) - square * (at[:, own].T @ (unit.mass @ at))) / gap).ravel()
+        first = at[:, own]
+        effect[:] = ((_seen(unit.stiffness, first, at) - square * _seen(unit.mass, first, at)) / gap).ravel()
     U, s = _strongest(effects)
     # supports are off by more than the rest, which is no less worth having for that
     usual = np.array([unit.sd != SUPPORT_SD for unit in units])
@@ -260,7 +235,7 @@ def form_errors(reduced: ReducedModel, f_max: float, *, mesh_as_built: bool = Fa
 
 
 def _heavy_enough(
-    units: Sequence[_Unit], weights: FloatArray, omega: FloatArray, V: FloatArray, n_band: int, top: float
+    units: Sequence[Unit], weights: FloatArray, omega: FloatArray, V: FloatArray, n_band: int, top: float
 ) -> float:
     """The frequency (Hz), at most `top`, up to which modes `omega` (r,), `V` (n_g, r) keep a mass whatever lumps turn
     with it: nodes of slender members turn in local modes with so little that a lump's own inertia, a guess, is a
@@ -345,80 +320,9 @@ def basis_modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
     return np.sqrt(np.maximum(values, 0.0)), Q
 
 
-def _units(model: Model) -> tuple[_Unit, ...]:
-    """Members, patches of other elements, and lumps."""
-    top = topology(model)
-    ones = np.ones(len(model.parameters))
-    members = [*(tuple(chain) for _, _, chain in top.members), *((eid,) for eid in top.rods)]
-    groups = [(chain, STIFFNESS_SD, MASS_SD, 0.0) for chain in members]
-    diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
-    others: dict[int, list[int]] = {}
-    sections = {eid: pid for eid, _, pid, _ in model.deck.elements()}
-    where: dict[int, FloatArray] = {}
-    for eid, _, nodes in model.fe.elements():
-        if eid == 0 or eid in top.beams:
-            continue
-        if len(nodes) > 2:
-            others.setdefault(sections.get(eid) or 0, []).append(eid)
-            where[eid] = np.mean([model.xyz[model.index(n)] for n in nodes], axis=0)
-            continue
-        rows, K, M = model.fe.element_matrices(eid, ones)
-        if not K.any() and M.any():
-            groups.append(((eid,), 0.0, LUMP_SD, 0.0 if _turns(M, rows) else GYRATION * diagonal))
-    for elements in others.values():
-        groups += [(patch, STIFFNESS_SD, MASS_SD, 0.0) for patch in _patches(elements, where)]
-    groups += [(elements, SUPPORT_SD, 0.0, 0.0) for elements in _at_supports(model, top.held, set(where))]
-    return tuple(_unit(model, *group) for group in groups)
-
-
-def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, radius: float) -> _Unit:
-    """The unit of `elements` with its standard deviations; `radius` of gyration of a lump that has none."""
-    ones = np.ones(len(model.parameters))
-    at: list[NDArray[np.int64]] = []
-    values: list[FloatArray] = []
-    for eid in elements:
-        rows, K, M = model.fe.element_matrices(eid, ones)
-        at.append(np.array([np.repeat(rows, len(rows)), np.tile(rows, len(rows))]))
-        values.append(np.array([stiff * K.ravel(), mass * M.ravel()]))
-        if radius > 0:
-            moving = rows % 6 < 3
-            lump = float(np.trace(M[np.ix_(moving, moving)])) / 3
-            turns = 6 * np.unique(rows // 6)[:1] + np.arange(3, 6)  # a point mass may have no rows for these
-            at.append(np.array([turns, turns]))
-            values.append(np.array([np.zeros(3), np.full(3, lump * radius**2)]))
-    index, both = np.hstack(at), np.hstack(values)
-    touched, local = np.unique(index, return_inverse=True)
-    row, column = local.reshape(index.shape)
-    shape = (len(touched), len(touched))
-    stiffness, inertia = (csr_array(coo_array((v, (row, column)), shape=shape)) for v in both)
-    return _Unit(elements, touched, stiffness, inertia, stiff, radius > 0)
-
-
-def _at_supports(model: Model, held: NDArray[np.bool_], among: set[int]) -> list[tuple[int, ...]]:
-    """Elements of `among` at each region of nodes that cannot move; `held` (n_g,) are the DOFs that cannot."""
-    at = {int(n) for n in model.node_ids[held.reshape(-1, 6)[:, :3].all(axis=1)]}
-    own = [(eid, set(nodes)) for eid, _, nodes in model.fe.elements() if eid in among and at.intersection(nodes)]
-    regions = connected(model, at.intersection(*[set().union(*(nodes for _, nodes in own))]))
-    if len(regions) > MAX_SUPPORTS:
-        return []
-    return [tuple(eid for eid, nodes in own if nodes.intersection(region)) for region in regions]
-
-
-def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:
-    """Whether an element's mass resists rotations."""
-    turning = rows % 6 >= 3
-    return bool(np.abs(M[np.ix_(turning, turning)]).max(initial=0.0) > 0)
-
-
-def _patches(elements: Sequence[int], where: dict[int, FloatArray]) -> list[tuple[int, ...]]:
-    """Elements cut into boxes of equal sides, `PATCHES` along the longest."""
-    xyz = np.array([where[e] for e in elements])
-    low, size = xyz.min(axis=0), float(np.ptp(xyz, axis=0).max())
-    cells: dict[tuple[int, ...], list[int]] = {}
-    for e, x in zip(elements, xyz, strict=True):
-        cell = np.minimum((x - low) / max(size, 1e-300) * PATCHES, PATCHES - 1e-9).astype(int)
-        cells.setdefault(tuple(cell.tolist()), []).append(e)
-    return [tuple(c) for c in cells.values()]
+def _seen(A: csr_array, left: FloatArray, right: FloatArray) -> FloatArray:
+    """What shapes (m, n_left) and (m, n_right) see of a unit's matrix A (m, m): (n_left, n_right)."""
+    return np.asarray(left.T @ (A @ right)) if A.nnz else np.zeros((left.shape[1], right.shape[1]))
 
 
 def _among_modes(
@@ -458,9 +362,7 @@ def _widened(within: ReducedModel, n: int, r: int) -> list[tuple[FloatArray, Flo
     return parts
 
 
-def _combined(
-    reduced: ReducedModel, units: Sequence[_Unit], weights: FloatArray
-) -> list[tuple[FloatArray, FloatArray]]:
+def _combined(reduced: ReducedModel, units: Sequence[Unit], weights: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Stiffness and mass (r, r) of every row of `weights` (n, n_units) times the units' standard deviations, at the
     deck's values; some units at a time, since the matrices of all of them outgrow the memory."""
     V, r = reduced.V, reduced.r
@@ -470,6 +372,6 @@ def _combined(
         some = units[first : first + at_once]
         own = weights[:, first : first + at_once]
         bases = [V[u.rows] for u in some]
-        K += np.tensordot(own, np.array([B.T @ (u.stiffness @ B) for u, B in zip(some, bases, strict=True)]), 1)
-        M += np.tensordot(own, np.array([B.T @ (u.mass @ B) for u, B in zip(some, bases, strict=True)]), 1)
+        K += np.tensordot(own, np.array([_seen(u.stiffness, B, B) for u, B in zip(some, bases, strict=True)]), 1)
+        M += np.tensordot(own, np.array([_seen(u.mass, B, B) for u, B in zip(some, bases, strict=True)]), 1)
     return list(zip(K, M, strict=True))
