@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
+from femend.diagnose.deciding.by_priors import rests_on_priors
 from femend.diagnose.deciding.deck_alone import deck_alone
 from femend.diagnose.deciding.deck_with_law import deck_with_law, strain_of_modes
 from femend.diagnose.deciding.power import untold
@@ -64,6 +65,7 @@ def result_of(
         *_mesh(diagnosis),
         *_left_out(diagnosis),
         *loud_sensors(diagnosis),
+        *filter(None, [rests_on_priors(diagnosis)]),
         *_deck_alone(diagnosis),
         *sensors_off(diagnosis, predictions),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
