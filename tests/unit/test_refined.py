@@ -93,6 +93,37 @@ def test_bricks_keep_supports_masses_and_rigid_elements(tmp_path: Path) -> None:
     assert 900 in moving
 
 
+@pytest.mark.parametrize("added_up", [False, True])
+@pytest.mark.parametrize("halve", [False, True])
+def test_what_an_spc_set_holds_can_be_set_free_on_the_finer_mesh(tmp_path: Path, added_up: bool, halve: bool) -> None:
+    path = bricks(tmp_path / "m.bdf", (3, 2, 1))
+    if added_up:
+        path.write_text(path.read_text().replace("SPC = 1", "SPC = 7").replace("ENDDATA", "SPCADD,7,1\nENDDATA"))
+    model = read_model(path)
+    finer = twice_refined(model, 3000) if halve else refined_model(model)
+    assert finer is not None
+    (support,) = {p.nodes: p for p in find_places(finer) if p.kind == "support"}.values()
+    assert [motion.component for motion in support.motions] == [0, 1, 2, 3, 4, 5]
+    clamped = np.flatnonzero(np.abs(finer.xyz[:, 0]) < 1e-9)
+    assert len(clamped) > len(support.nodes) == 6
+    # all of it moves, and nothing of it did before
+    assert {row // 6 for row in support.motions[2].rows} == set(clamped.tolist())
+    assert not np.isin(6 * clamped + 2, finer.g_rows()).any()
+    assert np.isin(6 * clamped + 2, finer.unsupported.g_rows()).all()
+
+
+def test_what_is_held_at_its_grid_stays_held_on_the_finer_mesh(tmp_path: Path) -> None:
+    path = bricks(tmp_path / "m.bdf", (3, 2, 1))
+    cards = [line for line in path.read_text().splitlines() if not line.startswith(("SPC",))]
+    held = {line.split(",")[1] for line in cards if line.startswith("GRID") and line.split(",")[3] == "0.000000"}
+    at_grid = (f"{c},,123" if c.startswith("GRID") and c.split(",")[1] in held else c for c in cards)
+    path.write_text("\n".join(at_grid) + "\n")
+    finer = refined_model(read_model(path))
+    clamped = np.flatnonzero(np.abs(finer.xyz[:, 0]) < 1e-9)
+    assert len(clamped) > len(held) == 6
+    assert not np.isin(6 * clamped, finer.unsupported.g_rows()).any()
+
+
 def test_shells_are_cut_in_four_and_keep_what_their_cards_say(tmp_path: Path) -> None:
     parameters = (Parameter("E_some", "E", "elements", (10, 20)), Parameter("t", "t", "property_id", (1,)))
     model = read_model(shells(tmp_path / "m.bdf"), parameters=parameters)

@@ -22,6 +22,7 @@ from femend.errors import ModelError
 from femend.io.deck import next_id, read_deck
 from femend.model.cards.real_field import real
 from femend.model.cards.section_fields import is_tapered
+from femend.model.cards.spc_set import spc_set_of
 from femend.model.mesh.solid_parts import PARTS
 from femend.model.model import Model, model_of
 from femend.model.places.places import held_rows
@@ -157,6 +158,10 @@ class _Refined:
         deck = self.model.deck
         self._node, self._element = deck.next_id("node"), next_id(deck, "element")
         self._held = held_rows(self.model).reshape(-1, 6)
+        self._spc = spc_set_of(deck, self.model.spc)
+        loose = np.zeros(self._held.size, dtype=bool)
+        loose[self.model.unsupported.g_rows() if self._spc is not None else []] = True
+        self._by_set = self._held & loose.reshape(-1, 6)
         self._frames = self.model.frames
         self._cd: dict[int, str] = {}
 
@@ -263,28 +268,36 @@ class _Refined:
         """The node in the middle of all beams between two others."""
         key = _key(a, b)
         if key not in self.insides:
-            self.insides[key] = self._new(key, held_inside(self.model, key, self._held))
+            held = held_inside(self.model, key, self._held)
+            self.insides[key] = self._new(key, held, held & self._all(self._by_set, key))
         return self.insides[key]
 
     def _at(self, *corners: int) -> int:
         """The node in the middle of `corners`; of one the node itself."""
         key = _key(*corners)
         if len(key) > 1 and key not in self.middles:
-            self.middles[key] = self._new(key, np.all(self._held[[self.model.index(n) for n in key]], axis=0))
+            self.middles[key] = self._new(key, self._all(self._held, key), self._all(self._by_set, key))
         return self.middles[key] if len(key) > 1 else key[0]
 
-    def _new(self, corners: Nodes, held: NDArray[np.bool_]) -> int:
-        """A node in the middle of others, `held` (6,) as they are."""
+    def _all(self, which: NDArray[np.bool_], corners: Nodes) -> NDArray[np.bool_]:
+        """Components (6,) of which all `corners` are among `which` (n_nodes, 6)."""
+        return np.asarray(which[[self.model.index(n) for n in corners]].all(axis=0))
+
+    def _new(self, corners: Nodes, held: NDArray[np.bool_], by_set: NDArray[np.bool_]) -> int:
+        """A node in the middle of others, `held` (6,) as they are: by the SPC set where that alone holds them, so that
+        it can be set free with them (`by_set` (6,)), else at its GRID."""
         at = [self.model.index(n) for n in corners]
         x, y, z = self.model.xyz[at].mean(axis=0)
         cd = {self._frame(n) for n in corners}
         if len(cd) > 1:  # axes differ: only what is held in all directions is held in any
-            held = np.repeat([held[:3].all(), held[3:].all()], 3)
-        components = "".join(str(c + 1) for c in np.flatnonzero(held))
+            held, by_set = (np.repeat([h[:3].all(), h[3:].all()], 3) for h in (held, by_set))
+        at_grid, in_set = ("".join(str(c + 1) for c in np.flatnonzero(h)) for h in (held & ~by_set, held & by_set))
         node = self._node
         self._node += 1
         own = cd.pop() if len(cd) == 1 else "0"
-        self._card(["GRID", str(node), "0", *(repr(float(v)) for v in (x, y, z)), own, components])
+        self._card(["GRID", str(node), "0", *(repr(float(v)) for v in (x, y, z)), own, at_grid])
+        if in_set:
+            self._card(["SPC1", str(self._spc), in_set, str(node)])
         return node
 
     def _frame(self, node: int) -> str:
