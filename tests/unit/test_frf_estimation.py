@@ -12,8 +12,9 @@ from femend import FRF, Channel, Dof
 from femend.data import Recording, Test
 from femend.errors import RecordingError
 from femend.estimate import Hypothesis, Problem, fit_records, modelled_band, pair_test, used_band
+from femend.estimate.damped_frf import damped
 from femend.estimate.frf import FrfLines, frf_lines_of, useful_band
-from femend.model import Model, Parameter, read_model, reduce_model
+from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model
 
 DECK = Path(__file__).parents[2] / "python" / "examples" / "three_storey" / "model.bdf"
 NODES, TRUE, ZETA = (10, 20, 30), (0.75, 0.9, 1.1), 0.01
@@ -48,13 +49,17 @@ def recorded(kind: str, freq: NDArray[np.float64], noise: float = 0.0, columns: 
     return Recording("bench", FRF("bench", freq, H, tuple(channels), forces, kind, unit))
 
 
-def factors(recording: Recording) -> NDArray[np.float64]:
+def problem_of(recording: Recording) -> tuple[Problem, ReducedModel]:
     model, _, _ = chain()
     records = fit_records([recording], model, pair_test(Test((recording,)), model))
     band = used_band(records)
     rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
     reduced = reduce_model(model, band[1], rows)
-    problem = Problem(records, modelled_band(band, records, reduced.freq), 0.02, 3)
+    return Problem(records, modelled_band(band, records, reduced.freq), 0.02, 3), reduced
+
+
+def factors(recording: Recording) -> NDArray[np.float64]:
+    problem, reduced = problem_of(recording)
     fit = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
     assert fit is not None
     return np.exp(fit.p[:3])
@@ -133,17 +138,41 @@ def test_coherence_shapes_the_noise() -> None:
     assert relative[50, 0] / relative[200, 0] == pytest.approx(np.sqrt(99), rel=1e-9)
 
 
-def test_the_window_is_added_damping() -> None:
-    lines = frf_lines_of(recorded("receptance", EVEN).frf, 0)
-    sigma = 6.0
-    H, passed = lines.damped(sigma)
+def accelerances(stiffer: float, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Accelerances (K, 3) of the floors to a force at the first, frequencies `stiffer` times the true ones."""
     _, omega, phi = chain()
-    s = sigma + 2j * np.pi * lines.freq[:, None]
-    exact = (s**2 / (omega**2 + s**2 + 2 * ZETA * omega * s) * phi[0]) @ phi.T
-    inside = (lines.freq > 3) & (lines.freq < 40)
-    # what is cut off above 128 Hz and folds back is a thousandth
-    assert np.abs(H - exact)[inside].max() < 5e-3 * np.abs(exact[inside]).max()
-    assert passed == pytest.approx(1 / (2 * sigma * 32), rel=0.05)
+    omega, s = stiffer * omega, s[:, None]
+    return np.asarray((s**2 / (omega**2 + s**2 + 2 * ZETA * omega * s) * phi[0]) @ phi.T)
+
+
+@pytest.mark.parametrize("stiffer", [1.0, 1.05])
+@pytest.mark.parametrize(("freq", "within"), [(EVEN, 0.003), (EVEN[(EVEN > 4) & (EVEN < 21)], 0.2)])
+def test_the_window_is_added_damping(freq: NDArray[np.float64], within: float, stiffer: float) -> None:
+    """Also of FRFs that end among the modes; those are told from a model that is about right."""
+    lines, sigma = frf_lines_of(recorded("receptance", freq, 0.01).frf, 0), 6.0
+    H, variance = damped(lines, sigma, lambda s: accelerances(stiffer, s))
+    exact = accelerances(1.0, sigma + 2j * np.pi * lines.freq)
+    error = np.abs(H - exact)
+    assert error.max() < within * np.abs(exact).max()
+    # what is not known is as large as told
+    assert np.mean(error**2 / variance) < 1.5
+    if len(freq) < len(EVEN):
+        deaf, _ = damped(lines, sigma, lambda s: np.zeros((len(s), 3), dtype=complex))
+        assert np.abs(deaf - exact).std() > 1.5 * error.std()
+
+
+@pytest.mark.parametrize("band", [(4.0, 15.0), (6.0, 22.0)])
+def test_the_true_model_is_right_on_damped_lines_of_frfs_that_end_among_the_modes(band: tuple[float, float]) -> None:
+    low, high = band
+    inside = (low < EVEN) & (high > EVEN)
+    problem, reduced = problem_of(recorded("accelerance", EVEN[inside], 0.005))
+    p = problem.prior(reduced)[0]
+    p[:3], p[-4:] = np.log(TRUE), np.log(ZETA)
+    alone = Hypothesis(reduced, np.zeros((0, reduced.r)))
+    for sigma in (3.0, 12.0):
+        (fit,) = problem.fit([alone], [(p, np.zeros(0))], sigma=sigma, iterations=0)
+        assert fit is not None
+        assert fit.score < 1.5
 
 
 def test_the_band_leaves_out_lines_of_noise() -> None:

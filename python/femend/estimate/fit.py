@@ -300,7 +300,8 @@ class Problem:
         key = (id(reduced.V), sigma)
         kept = self._lines.get(key)
         if kept is None:
-            modal = self._as_drawn(reduced) if self.n_tuned else None
+            known = self.n_tuned or any(r.frf is not None for r in self.records)
+            modal = self._as_drawn(reduced) if known else None
             made = [spectral_lines(r, reduced, self.band, sigma, self.limit, modal, self.n_tuned) for r in self.records]
             kept = self._lines[key] = (reduced, made)
         return kept[1]

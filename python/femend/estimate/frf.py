@@ -51,19 +51,6 @@ class FrfLines:
     step: float
     allowance: float = UNKNOWN_WINDOW
 
-    def damped(self, sigma: float) -> tuple[ComplexArray, float]:
-        """H on the lines s = sigma + i omega, and the factor on the variance of the noise.
-
-        The impulse response is multiplied by exp(-sigma t), which smooths over frequency; it takes an even axis.
-        """
-        at = np.rint(self.freq / self.step).astype(np.int64)
-        n = 2 * int(at[-1])
-        full = np.zeros((n // 2 + 1, self.H.shape[1]), dtype=complex)
-        full[at] = self.H
-        window = np.exp(-sigma * np.arange(n) / (n * self.step))
-        h = np.fft.irfft(full, n, axis=0) * window[:, None]
-        return np.fft.rfft(h, axis=0)[at], float((window**2).mean())
-
 
 def frf_lines_of(data: FRF, column: int) -> FrfLines:
     """The lines above 0 Hz of input `column`, as accelerances.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.data.bands import within_band
 from femend.estimate.cut_off import cut_off, static_part
+from femend.estimate.damped_frf import damped
 from femend.estimate.frf import MODEL_ALLOWANCE, FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, Across, PickedUp
 from femend.estimate.power import holds_power, may_be_noise, smoothed
@@ -235,11 +236,12 @@ def spectral_lines(
     lines are taken: of each group of neighbours the one with the largest force, or response where no force was
     recorded. FRFs have no window on an uneven axis.
 
-    With `modal` (omega and zeta (r,), modes (r, r) in the basis) the answers of modes far above the band are those to a
+    `modal` are modes of a model that is about right (omega and zeta (r,), modes (r, r) in the basis): damped lines of
+    an FRF are told from those of it, and with it the answers of modes far above the band are those to a
     force that was cut off at the record's end (`cut_off`), of which `n_tuned` modes and more have free decays.
     """
     if record.frf is not None:
-        return _of_frf(record, record.frf, reduced, band, sigma, limit)
+        return _of_frf(record, record.frf, reduced, band, sigma, limit, modal)
     first = _first(record, sigma)
     u, y = record.u[:, first:], record.y[:, first:]
     n = u.shape[1]
@@ -277,16 +279,20 @@ def _of_frf(
     band: tuple[float, float],
     sigma: float,
     limit: int | None,
+    modal: tuple[FloatArray, FloatArray, FloatArray] | None,
 ) -> Lines:
-    """Lines of an FRF; of each group of neighbours the one with the strongest response over its noise."""
+    """Lines of an FRF; of each group of neighbours the one with the strongest response over its noise. Damped ones are
+    told from those of a model of the modes `modal`."""
     if frf.step == 0:
         sigma = 0.0
-    H, passed = frf.damped(sigma) if sigma > 0 else (frf.H, 1.0)
+    H, variance = frf.H, frf.noise**2
+    if sigma > 0:
+        H, variance = damped(frf, sigma, partial(_accelerances, record, reduced, modal))
     index = np.asarray(np.flatnonzero(within_band(frf.freq, band)), dtype=np.int64)
     step = max(1, int(round(sigma / (2 * np.pi) / frf.step / 2))) if sigma > 0 else 1
     if limit is not None:
         step = max(step, -(-len(index) // limit))
-    variance = frf.noise**2 * passed + frf.allowance**2 * smoothed((np.abs(H) ** 2).T).T
+    variance = variance + frf.allowance**2 * smoothed((np.abs(H) ** 2).T).T
     index = _thinned(index, (np.abs(H) ** 2 / variance).sum(axis=1), step)
     across = None
     if record.across is not None and sigma == 0:
@@ -296,6 +302,22 @@ def _of_frf(
     weight = np.ascontiguousarray(1 / np.sqrt(variance[index]))
     ones = np.ones((len(index), 1), dtype=complex)
     return _made(record, reduced, sigma, (frf.freq[index], index, ones, H[index], weight), record.n, step, across)
+
+
+def _accelerances(
+    record: FitRecord,
+    reduced: ReducedModel,
+    modal: tuple[FloatArray, FloatArray, FloatArray] | None,
+    s: ComplexArray,
+) -> ComplexArray:
+    """Accelerances (K, n_out) of the only force of a record at s (K,), of modes as of `spectral_lines`; 0 without."""
+    if modal is None:
+        return np.zeros((len(s), len(record.out_rows)), dtype=complex)
+    omega, zeta, Q = modal
+    outs = reduced.rows(record.out_rows, record.out_signs) @ Q
+    (at,) = reduced.rows(record.in_rows, record.in_signs) @ Q
+    s = s[:, None]
+    return np.asarray((at * s**2 / (s**2 + 2 * zeta * omega * s + omega**2)) @ outs.T)
 
 
 def _made(
