@@ -349,11 +349,33 @@ def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_dif
     monkeypatch.setattr(crossing, "locate", lambda *given: [at(with_shares)])
     monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
     monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
+    monkeypatch.setattr(crossing, "_on_springs", lambda *given: [])
     monkeypatch.setattr(crossing, "_may_come_near", lambda *given: True)
     monkeypatch.setattr(crossing, "_two_explain", lambda *given: False)
     found, located = crossing.as_sensors_are(start, [at(left)], [])
     assert (found is other) == taken
     assert located[0].fit.score == (with_shares if taken else left)
+
+
+@pytest.mark.parametrize(("on_springs", "taken"), [(1.0, False), (3.0, False), (5.9, True)])
+def test_sensors_are_believed_where_springs_in_all_directions_of_a_support_explain_about_as_much(
+    monkeypatch: pytest.MonkeyPatch, on_springs: float, taken: bool
+) -> None:
+    """A foot that is soft in Z, and tilts: of one force in Z shares of 2 % make up for its tilting."""
+
+    def at(score: float) -> Any:
+        return SimpleNamespace(fit=SimpleNamespace(score=score, prior=20.0, cost=1000 * score))
+
+    other = SimpleNamespace(problem=None, reduced=None, null=None)
+    start: Any = SimpleNamespace(null=None, crossing=other)
+    monkeypatch.setattr(crossing, "locate", lambda *given: [at(2.8)])
+    monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
+    monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
+    monkeypatch.setattr(crossing, "_on_springs", lambda *given: [at(on_springs).fit])
+    monkeypatch.setattr(crossing, "_may_come_near", lambda *given: True)
+    monkeypatch.setattr(crossing, "_two_explain", lambda *given: False)
+    found, _ = crossing.as_sensors_are(start, [at(6.0)], [])
+    assert (found is other) == taken
 
 
 @pytest.mark.parametrize(
@@ -389,6 +411,7 @@ def test_sensors_are_believed_where_two_forces_explain_more_than_one_with_shares
     monkeypatch.setattr(crossing, "shortlist", list)
     monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
     monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
+    monkeypatch.setattr(crossing, "_on_springs", lambda *given: [])
     monkeypatch.setattr(crossing, "_may_come_near", lambda *given: True)
     found, _ = crossing.as_sensors_are(start, [alone], places)
     assert (found is crossed) == taken
@@ -440,6 +463,7 @@ def test_places_are_sorted_out_anew_where_shares_may_make_a_difference(
     monkeypatch.setattr(crossing, "locate", lambda *given: sorted_out.append(given) or located)
     monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
     monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
+    monkeypatch.setattr(crossing, "_on_springs", lambda *given: [])
     crossing.as_sensors_are(start, located, [])
     assert bool(sorted_out) == near
 

@@ -12,15 +12,17 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femend.diagnose.fitting.soft_clamp import SoftClamp, soft_clamps
-from femend.diagnose.locating.dressed import dressed, own_span, own_values, with_own
+from femend.diagnose.fitting.soft_clamp import SoftClamp, _least_missed, on_all_springs, soft_clamps
+from femend.diagnose.locating.dressed import dressed, hypothesis_of, own_span, own_values, with_own, with_own_unknowns
 from femend.diagnose.locating.joint import enlarged
 from femend.diagnose.naming import laws_at
+from femend.diagnose.updating.update import modelled
 from femend.errors import ModelError
-from femend.estimate import Fit
+from femend.estimate import Fit, fit_records, pair_test
 from femend.model import Model, Place, ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.places.freed import freed, own_stiffness, reactions
 from femend.model.places.held_motion import held_dof
+from femend.study.file.load import load_study
 from femend.study.result.patch import on_new_supports
 from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
@@ -198,6 +200,35 @@ def test_a_clamp_that_is_beaten_with_all_its_springs_is_left_at_once(
     assert asked == [(2, 4)]  # bending alone moves in the band
     kept = soft_clamps(*given)
     assert {len(one.located.place.springs) for one in kept} == {1, 2}
+
+
+def test_springs_in_all_directions_leave_less_than_a_force_in_one(soft: tuple[StudyRun, dict[str, Any], Path]) -> None:
+    found = soft[0].diagnosis
+    (fit,) = on_all_springs(found.problem, found.reduced, found.located, found.null.p)
+    assert [motion.component for motion, _ in fit.hypothesis.reduced.members[-1].springs] == [2, 4]
+    at_clamp = [one.fit.score for one in found.located if one.place.kind == "clamp"]
+    assert fit.score < 1.2 < min(at_clamp)
+
+
+def test_of_springs_those_go_first_that_are_as_good_as_rigid(tmp_path: Path) -> None:
+    """A clamp that turns freely, and gives hardly along Z: how soft its turning is shows less than how stiff it is."""
+    given = {3: 3e6, 5: 1e-2}
+    cards = tuple(f"CELAS2,{900 + c},{k},1,{c}" for c, k in given.items())
+    truth = small_study.Truth((7.3e10, 6.8e10), cards, held_but(given))
+    study = load_study(small_study.write_study(tmp_path, truth))
+    of, test = read_model(study.model_file, parameters=study.parameters), study.read_recordings()
+    records = fit_records([r for r in test if r.role == "fit"], of, pair_test(test, of))
+    _, reduced, problem = modelled(of, records, 0.01)
+    p = with_own_unknowns(problem.prior(reduced)[0], reduced, np.log([30.0, 1e-5]))
+    springs = hypothesis_of(clamp(reduced.model, {3: 1e5, 5: 1e3}), reduced)
+    (fit,) = problem.fit([springs], [(p, np.zeros(0))])
+    assert fit is not None
+    own = own_span(springs.reduced)
+    variance = np.linalg.pinv(fit.hessian).diagonal()[own]
+    assert variance[1] > variance[0]
+    least, rigid = _least_missed(problem, fit)
+    assert least == 0
+    assert rigid[own][0] > np.log(30.0) > 0 > rigid[own][1]
 
 
 def test_a_spring_elsewhere_leaves_nothing_to_try_at_the_clamp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

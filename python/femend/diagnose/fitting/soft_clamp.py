@@ -5,8 +5,9 @@ A law in one direction of a cut cannot say this: the directions of a beam's end 
 solids is often a hundred times softer than the elements around it, so that what a law takes from these has to be right
 to a per cent and to follow what the model's parameters do to them. So the held DOFs are set free and stand on springs,
 whose stiffnesses are unknowns of the model beside its parameters. From springs in all directions that the band shows
-the least determined one is taken away in turns; what is left at each turn, each direction by itself, and the best of
-these with one more are candidates like all others. More directions have to win against fewer as every law has to.
+the one that is missed least where it is rigid is taken away in turns; what is left at each turn, each direction by
+itself, and the best of these with one more are candidates like all others. More directions have to win against fewer as
+every law has to.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.fitting.candidates import standard_deviations
 from femend.diagnose.locating.dressed import hypothesis_of, own_span, with_own_unknowns
 from femend.diagnose.locating.locate import Located, squares_of
 from femend.diagnose.locating.split import Split
@@ -29,7 +29,7 @@ from femend.model.places.held_motion import HeldMotion, held_dof
 from femend.model.places.place import AXES
 from femend.numerals import listed
 
-__all__ = ["SoftClamp", "soft_clamps"]
+__all__ = ["SoftClamp", "on_all_springs", "soft_clamps"]
 
 FloatArray = NDArray[np.float64]
 
@@ -41,6 +41,8 @@ SIZES, FOLLOWED, CHEAPEST = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0), 4, 12
 MOST = 6
 # lines a record for trying starts, and the steps of a start, of a fit to all lines
 FEW_LINES, FEW_STEPS, STEPS = 150, 10, 20
+# stiffness from which a spring is as good as rigid, in the units of `SIZES`
+RIGID = 1e3
 # share of the stiffness of the elements at the clamp below which a direction takes nothing of the band's motion
 IDLE = 1e-12
 
@@ -71,15 +73,34 @@ def soft_clamps(
         whole = _all_springs(split.whole, reduced, clamp, updated)
         if whole is None:
             continue
-        known = [*near, updated]
-        starts = [*known, *(_without_form(p, reduced) for p in known), split.whole.prior(reduced)[0]]
-        fits = _fits(split.fitting, reduced, whole, starts, beaten)
+        fits = _fits(split.fitting, reduced, whole, _starts(split.whole, reduced, [*near, updated]), beaten)
         for place, fit in (*fits, *_pairs(split.fitting, reduced, whole, fits, margin)):
             (at,) = split.whole.fit([fit.hypothesis], [(fit.p, fit.x)])
             if at is not None:
                 located = Located(place, at, squares_of(split.whole, at, 0.0))
                 done.append(SoftClamp(located, _reference(split, reduced, fit)))
     return [replace(soft, located=replace(soft.located, alike=_alike(soft, done, margin))) for soft in done]
+
+
+def on_all_springs(problem: Problem, reduced: ReducedModel, found: Sequence[Located], updated: FloatArray) -> list[Fit]:
+    """What is left with springs in all directions at once under each of the clamps and supports of `soft_clamps`, from
+    unknowns `updated` (n_p,) of the model too."""
+    fits: list[Fit | None] = []
+    for clamp, near in _clamps(found):
+        whole = _all_springs(problem, reduced, clamp, updated)
+        if whole is not None:
+            starts = _starts(problem, reduced, [*near, updated])
+            fits.append(_fitted(problem, reduced, whole, _of_all_sizes(starts, reduced, whole)))
+    return [fit for fit in fits if fit is not None]
+
+
+def _starts(problem: Problem, reduced: ReducedModel, known: Sequence[FloatArray]) -> list[FloatArray]:
+    """Unknowns of the model from which springs are sought: `known` ones, with and without form errors, the deck's."""
+    return [*known, *(_without_form(p, reduced) for p in known), problem.prior(reduced)[0]]
+
+
+def _of_all_sizes(starts: Sequence[FloatArray], reduced: ReducedModel, place: Place) -> list[FloatArray]:
+    return [_started(p, reduced, place, size) for p in starts for size in SIZES]
 
 
 def _alike(soft: SoftClamp, others: Sequence[SoftClamp], margin: float) -> tuple[Place, ...]:
@@ -120,7 +141,7 @@ def _fits(
     """Springs in all directions, then in one less at each turn, and each direction by itself; none where those in all
     directions are `beaten`."""
     fits: list[tuple[Place, Fit]] = []
-    place, begun = whole, [_started(p, reduced, whole, size) for p in starts for size in SIZES]
+    place, begun = whole, _of_all_sizes(starts, reduced, whole)
     while len(place.springs) > 1:
         fit = _fitted(problem, reduced, place, begun)
         if fit is None:
@@ -128,16 +149,28 @@ def _fits(
         if not fits and beaten(fit):
             return []
         fits.append((place, fit))
-        own = own_span(fit.hypothesis.reduced)
-        # the one whose stiffness is known least does least
-        least = int(np.argmax(standard_deviations(np.linalg.pinv(fit.hessian))[own]))
+        least, rigid = _least_missed(problem, fit)
         place = _without(place, least)
-        begun = [np.delete(fit.p, own.start + least)]
+        begun = [np.delete(p, own_span(fit.hypothesis.reduced).start + least) for p in (fit.p, rigid)]
     for spring in whole.springs:
         alone = _labelled(whole, (spring,))
-        fit = _fitted(problem, reduced, alone, [_started(p, reduced, alone, size) for p in starts for size in SIZES])
+        fit = _fitted(problem, reduced, alone, _of_all_sizes(starts, reduced, alone))
         fits += [] if fit is None else [(alone, fit)]
     return fits
+
+
+def _least_missed(problem: Problem, fit: Fit) -> tuple[int, FloatArray]:
+    """Which of a fit's springs costs least where it is rigid in place of it, and the unknowns then. How well a
+    stiffness is known does not say: that of one so soft that it hardly holds anything is not, either."""
+    own, few = own_span(fit.hypothesis.reduced), problem.sparing(FEW_LINES)
+    starts = [fit.p.copy() for _ in range(own.start, own.stop)]
+    for p, i in zip(starts, range(own.start, own.stop), strict=True):
+        p[i] = max(p[i], np.log(RIGID))
+    begun = [(p, fit.x) for p in starts]
+    tries = few.fit([fit.hypothesis] * len(starts), begun, iterations=FEW_STEPS)
+    least = int(np.argmin([np.inf if t is None else t.cost for t in tries]))
+    found = tries[least]
+    return least, starts[least] if found is None else found.p
 
 
 def _pairs(

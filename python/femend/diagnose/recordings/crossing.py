@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from femend.diagnose.fitting.known_force import forces_beside
+from femend.diagnose.fitting.soft_clamp import on_all_springs
 from femend.diagnose.locating.dressed import hypothesis_of, with_own_unknowns
 from femend.diagnose.locating.locate import FINAL_LINES, Located, grounded, locate, refitted, shortlist
 from femend.diagnose.locating.screen import is_many
@@ -41,17 +42,21 @@ def as_sensors_are(
     Shares of motion also take away what is missing where a sensor hardly moves. So sensors are believed where the
     model explains the recordings with a free force somewhere (where it does alone with such shares, `update_model` has
     taken them), where the shares make no great difference: with them a force neither explains what it does not
-    without, nor leaves half as much; and where two forces explain clearly more without them. The motion is that of the
+    without, nor leaves half as much; and where two forces explain clearly more without them. A clamp or support among
+    the best places counts with springs in all its directions, of which one force shows one. The motion is that of the
     model with the best such force.
     """
     best = located[0].fit if located else start.null
     # the update with shares, and fits from afar, are for where they can matter
     if explains(best):
         return start, located
+    best = min([best, *_on_springs(start, located)], key=lambda fit: fit.score)
+    if explains(best):
+        return start, located
     crossing = start.crossing
     if crossing is None or any(explains(fit) for fit in _in_all_directions(start, located)):
         return start, located
-    if not _may_come_near(start, crossing, located):
+    if not _may_come_near(start, crossing, located, best):
         return start, located
     crossing, there = _moved_by_the_best(crossing, locate(crossing.problem, crossing.reduced, places, crossing.null))
     left = there[0].fit if there else crossing.null
@@ -79,17 +84,23 @@ def _two_explain(start: UpdatedModel, located: Sequence[Located], places: Sequen
     return False
 
 
-def _may_come_near(start: UpdatedModel, crossing: UpdatedModel, located: list[Located]) -> bool:
+def _on_springs(start: UpdatedModel, located: Sequence[Located]) -> list[Fit]:
+    """Fits with springs in all directions of clamps and supports among the best places `located`."""
+    return on_all_springs(start.problem, start.reduced, shortlist(located)[:FIRSTS], start.null.p)
+
+
+def _may_come_near(start: UpdatedModel, crossing: UpdatedModel, located: list[Located], best: Fit) -> bool:
     """Whether shares make so much of a difference at the best places `located`, or where no force is, that all places
-    are worth sorting out anew with them. What they take away where the model stands with a force they take away from
-    there on few lines; each place is also fitted from where the model with shares, `crossing`, stands."""
+    are worth sorting out anew with them, beside the `best` fit without. What they take away where the model stands with
+    a force they take away from there on few lines; each place is also fitted from where the model with shares,
+    `crossing`, stands."""
     if not located:
         return True
-    best = located[0].fit
     enough = max(FAR_ABOVE * AT_NOISE, FAR_OFF * best.score)
     if crossing.null.score <= enough:
         return True
-    few = sensors_in_doubt(start.problem, best, forces_beside(start.problem, best)).sparing(FINAL_LINES)
+    first = located[0].fit
+    few = sensors_in_doubt(start.problem, first, forces_beside(start.problem, first)).sparing(FINAL_LINES)
     hypotheses, begun = [one.fit.hypothesis for one in located[:TRIED]], [one.fit.p for one in located[:TRIED]]
     there, n = crossing.null.p, len(crossing.null.p)
     far = [with_own_unknowns(there, crossing.reduced, np.zeros(len(p) - n)) for p in begun]
