@@ -14,15 +14,20 @@ from scipy.linalg import eigh
 
 from femend.diagnose.locating.joint import enlarged, open_joint
 from femend.estimate import Problem
-from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
+from femend.model import FormErrors, ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.mesh.form_errors import SD
-from femend.model.mesh.scatter import GYRATION, LUMP_SD, MASS_SD, STIFFNESS_SD
+from femend.model.mesh.scatter import GYRATION, LUMP_SD, MASS_SD, STIFFNESS_SD, SUPPORT_SD, Unit
 from femend.model.reduced.reduction import extend_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
 
+sys.path.insert(0, str(Path(__file__).parent))
+from test_refined import shells
+
 form_errors_module = import_module("femend.model.mesh.form_errors")  # the package has a function of that name
+
+FloatArray = NDArray[np.float64]
 
 F_MAX = 150.0
 
@@ -59,29 +64,54 @@ def test_nothing_changes_at_the_means(reduced: ReducedModel) -> None:
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("heavier", [False, True])
-def test_one_member_off_moves_the_modes_as_it_does_itself(reduced: ReducedModel, heavier: bool) -> None:
-    """The combinations kept carry a member's error into the band's frequencies to a twentieth of it, its mass's apart
-    from its stiffness's."""
-    errors = form_errors(reduced, F_MAX)
-    unit = next(
-        i for i, u in enumerate(errors.units) if not u.turns and abs(u.mass if heavier else u.stiffness).max() > 0
-    )
+def moved(reduced: ReducedModel, unit: Unit, stiff: float, mass: float) -> FloatArray:
+    """Relative changes of the frequencies (r,) where a unit's elements have so much more stiffness and mass."""
     K, M = at(reduced, np.zeros(len(reduced.names)))
     omega0 = np.sqrt(eigh(K, M, eigvals_only=True))
-    for eid in errors.units[unit].elements:
+    for eid in unit.elements:
         rows, Ke, Me = reduced.model.fe.element_matrices(eid, np.ones(len(reduced.model.parameters)))
-        if heavier:
-            M = M + MASS_SD * reduced.V[rows].T @ Me @ reduced.V[rows]
-        else:
-            K = K + STIFFNESS_SD * reduced.V[rows].T @ Ke @ reduced.V[rows]
-    expected = np.sqrt(eigh(K, M, eigvals_only=True)) / omega0 - 1
+        K = K + stiff * reduced.V[rows].T @ Ke @ reduced.V[rows]
+        M = M + mass * reduced.V[rows].T @ Me @ reduced.V[rows]
+    return np.asarray(np.sqrt(eigh(K, M, eigvals_only=True)) / omega0 - 1)
+
+
+def carried(reduced: ReducedModel, errors: FormErrors, unit: int) -> FloatArray:
+    """The same by the combinations that are kept, of one standard deviation of unit `unit`."""
     with_errors = errors.on(reduced)
+    omega0 = np.sqrt(eigh(*at(reduced, np.zeros(len(reduced.names))), eigvals_only=True))
     p = np.concatenate([np.zeros(len(reduced.names)), SD * errors.weights[:, unit]])
-    found = np.sqrt(eigh(*at(with_errors, p), eigvals_only=True)) / omega0 - 1
-    band = omega0 < 2 * np.pi * F_MAX
+    return np.asarray(np.sqrt(eigh(*at(with_errors, p), eigvals_only=True)) / omega0 - 1)
+
+
+def test_one_member_off_moves_the_modes_as_it_does_itself(reduced: ReducedModel) -> None:
+    """The combinations kept carry a member's error into the band's frequencies to a twentieth of it; its section takes
+    stiffness and mass along."""
+    errors = form_errors(reduced, F_MAX)
+    unit = next(i for i, u in enumerate(errors.units) if u.stiffness.nnz > 0)
+    expected = moved(reduced, errors.units[unit], STIFFNESS_SD, MASS_SD)
+    band = reduced.freq < F_MAX
+    found = carried(reduced, errors, unit)
     np.testing.assert_allclose(found[band], expected[band], rtol=0, atol=0.05 * np.abs(expected[band]).max())
     assert np.abs(expected[band]).max() > 1e-4
+
+
+def test_stiffness_and_mass_of_a_patch_are_off_each_by_itself(tmp_path: Path) -> None:
+    model = read_model(shells(tmp_path / "plate.bdf"))
+    plate = reduce_model(model, 300.0, [6 * model.index(5) + 2])
+    units = [u for u in form_errors(plate, 300.0).units if u.sd != SUPPORT_SD]
+    stiff = {u.elements for u in units if u.stiffness.nnz}
+    assert stiff
+    assert stiff == {u.elements for u in units if u.mass.nnz}
+    assert not [u for u in units if u.stiffness.nnz and u.mass.nnz]
+    unit = next(u for u in units if u.mass.nnz)
+    assert unit.sd == 0
+    V, ones = plate.V, np.ones(len(model.parameters))
+    expected = np.zeros((V.shape[1], V.shape[1]))
+    for eid in unit.elements:
+        rows, _, M = model.fe.element_matrices(eid, ones)
+        expected += MASS_SD * V[rows].T @ M @ V[rows]
+    found = V[unit.rows].T @ (unit.mass @ V[unit.rows])
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_errors_in_a_wider_basis_are_those_of_the_one_within(reduced: ReducedModel) -> None:

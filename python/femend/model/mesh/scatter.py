@@ -1,7 +1,8 @@
 """Members, patches and lumps of a model that are each off by themselves: what scatters from one to the next.
 
 A group's factor moves all its members together; in the structure each differs by its tolerances, its welds and its
-mesh.
+mesh. A member's section takes its stiffness and its mass along, so that they are one unknown; in a patch of shells or
+solids mesh and joints put the stiffness off, which says nothing of the mass, and each is one of its own.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ PATCHES = 4
 
 @dataclass(frozen=True, slots=True)
 class _Off:
-    """Elements that are off together, by what standard deviation (relative): of their stiffness or of their mass;
+    """Elements that are off together, by what standard deviations (relative) of their stiffness and of their mass;
     `radius` of gyration (a length) of a lump that has none in the deck."""
 
     elements: tuple[int, ...]
@@ -47,7 +48,7 @@ class _Off:
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """Elements that are off together: one standard deviation of their stiffness or mass (m, m) on the rows (m,) of the
+    """Elements that are off together: one standard deviation of their stiffness and mass (m, m) on the rows (m,) of the
     g-set that they touch, and of their stiffness relative to itself (`sd`); `turns` where a lump was given an inertia
     that the deck has not."""
 
@@ -60,11 +61,11 @@ class Unit:
 
 
 def units_of(model: Model) -> tuple[Unit, ...]:
-    """Members, patches of other elements, and lumps; stiffness and mass each for itself."""
+    """Members, patches of other elements, and lumps."""
     top = topology(model)
     ones = np.ones(len(model.parameters))
     members = [*(tuple(chain) for _, _, chain in top.members), *((eid,) for eid in top.rods)]
-    groups = [one for chain in members for one in _apart(chain)]
+    groups = [_Off(chain, STIFFNESS_SD, MASS_SD) for chain in members]
     diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
     others: dict[int, list[int]] = {}
     sections = {eid: pid for eid, _, pid, _ in model.deck.elements()}
@@ -80,14 +81,10 @@ def units_of(model: Model) -> tuple[Unit, ...]:
         if not K.any() and M.any():
             groups.append(_Off((eid,), mass=LUMP_SD, radius=0.0 if _turns(M, rows) else GYRATION * diagonal))
     for elements in others.values():
-        groups += [one for patch in _patches(elements, where) for one in _apart(patch)]
+        for patch in _patches(elements, where):
+            groups += [_Off(patch, STIFFNESS_SD), _Off(patch, mass=MASS_SD)]
     groups += [_Off(elements, SUPPORT_SD) for elements in _at_supports(model, top.held, set(where))]
     return tuple(_unit(model, group) for group in groups)
-
-
-def _apart(elements: tuple[int, ...]) -> list[_Off]:
-    """The stiffness of elements and their mass: a modulus says nothing of a density."""
-    return [_Off(elements, STIFFNESS_SD), _Off(elements, mass=MASS_SD)]
 
 
 def _unit(model: Model, off: _Off) -> Unit:
