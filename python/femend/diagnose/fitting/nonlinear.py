@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.fitting.candidates import Candidate, Start, standard_deviations
-from femend.diagnose.fitting.closed_loop import COARSE, ClosedLoop, History, loop_of
+from femend.diagnose.fitting.closed_loop import COARSE, FINE, ClosedLoop, History, loop_of
 from femend.diagnose.fitting.descent import Descent, Reached
 from femend.diagnose.fitting.motion import motion
 from femend.diagnose.fitting.pace import OUTDONE_SOON, Pace
 from femend.diagnose.fitting.runs import EXPLAINS, FAR, FEW, FIRST, Run, from_shorter, step_by_step, windows
 from femend.diagnose.locating.joint import Joint
 from femend.diagnose.locating.recovered import Recovered
-from femend.estimate import FitRecord, Problem
+from femend.estimate import FitRecord, Problem, in_turn
 from femend.estimate.lines import TEMPERING
 from femend.threads import at_once
 
@@ -76,11 +76,75 @@ def fit_nonlinear(
     make it depend on its past without limit. Where none comes to explain whole records, and a free force does, they are
     begun anew in shorter windows and followed in small steps.
 
+    Under forces that pass the band in turn the beginning shows the lowest modes alone, and nothing of what a law does
+    to others (friction sticks throughout): where a free force explains the recordings, and so has brought the model's
+    unknowns near the truth, laws begin on whole records then, and go through windows only if none explains these.
+
     A law is kept as it was in the widest window it was followed to and, where it explains less there than before, in
     the widest that it explains. Laws that the `pace` of those at other places outdoes are left out; those that explain
     whole records set it.
     """
     pace = Pace() if pace is None else pace
+    explained = recovered.fit.score <= EXPLAINS
+    swept = explained and all(in_turn(r, problem.band) for r in problem.records)
+    directly = _on_whole_records(problem, joint, recovered, begun, pace) if swept else []
+    runs, lost = _explaining(directly), list[Run]()
+    if not runs:
+        ready, runs, lost = _through_windows(problem, joint, recovered, begun, pace)
+        if explained and not _explaining(runs):
+            stepped = at_once(lambda run: step_by_step(run, recovered), ready)
+            runs += [run for run in stepped if run is not None]
+        runs += [] if _explaining(runs) else directly
+    for run in _explaining(runs):
+        pace.keep(run.path)
+    kept: dict[tuple[str, bool], Candidate] = {}
+    for run in (*runs, *lost):
+        candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))
+        own = run.name, run.misfit <= EXPLAINS
+        before = kept.get(own)
+        if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
+            kept[own] = candidate
+    return list(kept.values())
+
+
+def _explaining(runs: Sequence[Run]) -> list[Run]:
+    """The runs that explain where they have come to."""
+    return [run for run in runs if run.misfit <= EXPLAINS]
+
+
+def _on_whole_records(
+    problem: Problem, joint: Joint, recovered: Recovered, begun: Sequence[tuple[str, Start]], pace: Pace
+) -> list[Run]:
+    """Laws begun on whole records with the model as the free force left it, in rising order of cost. A law begins
+    without a dashpot that feeds motion: over all of a record that grows without bounds."""
+    stable = [(name, replace(start, c=max(start.c, 0.0))) for name, start in begun]
+    # a law alone, the model held where the free force left it, is no measure for others
+    made = at_once(lambda law: _begun(problem, joint, recovered, *law, 0.0, Pace()), stable)
+    started = _best_of_each([run for run in made if run is not None])[:FOLLOWED]
+    least = min((run.reached.cost for run in started), default=0.0)
+    near = [run for run in started if run.reached.cost <= OUTDONE_SOON * least]
+    ahead = at_once(lambda run: _widened(run, 0.0), near)
+    runs = [run for run in ahead if run is not None and not pace.outdone(0.0, run.reached.cost)]
+    least = min((run.reached.cost for run in runs), default=0.0)
+    finely = at_once(_in_fine_steps, [run for run in runs if run.reached.cost <= BEHIND * least])
+    return sorted(finely, key=lambda r: r.reached.cost)
+
+
+def _in_fine_steps(run: Run) -> Run:
+    """A run in the steps that laws are judged in: a stiff contact or friction leaves more in coarse ones than noise."""
+    descent = run.descent.on(replace(run.descent.loop, substeps=FINE))
+    reached = descent.run(run.reached.z, FIRST)
+    if reached is None:
+        return run
+    new = replace(run, descent=descent, reached=reached)
+    return replace(new, path=(*run.path, (0.0, reached.cost)))
+
+
+def _through_windows(
+    problem: Problem, joint: Joint, recovered: Recovered, begun: Sequence[tuple[str, Start]], pace: Pace
+) -> tuple[list[Run], list[Run], list[Run]]:
+    """Laws followed from the first window to whole records: all that were ready to be, those that came through, and
+    those that were lost where they had explained what is before."""
     first, *wider = windows(problem)
 
     def begin(laws: Sequence[tuple[str, Start]]) -> list[Run]:
@@ -89,7 +153,7 @@ def fit_nonlinear(
 
     started = begin(begun)
     started += begin(_weaker_too(started))
-    runs, lost = _best_of_each(started)[:FOLLOWED], []
+    runs, lost = _best_of_each(started)[:FOLLOWED], list[Run]()
     runs = [run for run in runs if not pace.outdone(first, run.reached.cost, OUTDONE_SOON)]
     ready = from_shorter(_with_model_free(runs, recovered), recovered)
     runs = ready
@@ -103,20 +167,7 @@ def fit_nonlinear(
             ahead += [] if new is None else [new]
             lost += [run] if new is None or new.misfit > EXPLAINS >= run.misfit else []
         runs = sorted(ahead, key=lambda r: r.reached.cost)
-    if recovered.fit.score <= EXPLAINS and not any(run.misfit <= EXPLAINS for run in runs):
-        stepped = at_once(lambda run: step_by_step(run, recovered), ready)
-        runs += [run for run in stepped if run is not None]
-    for run in runs:
-        if run.misfit <= EXPLAINS:
-            pace.keep(run.path)
-    kept: dict[tuple[str, bool], Candidate] = {}
-    for run in (*runs, *lost):
-        candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))
-        own = run.name, run.misfit <= EXPLAINS
-        before = kept.get(own)
-        if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
-            kept[own] = candidate
-    return list(kept.values())
+    return ready, runs, lost
 
 
 def _begun(
