@@ -59,7 +59,7 @@ def test_a_misplaced_force_keeps_where_it_was_recorded() -> None:
 def test_laws_tried_in_vain_share_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("femend.study.result.findings._not_told_apart", lambda *_: ([], []))
     monkeypatch.setattr("femend.study.result.findings._location", lambda *_: {})
-    diagnosis = cast(Any, SimpleNamespace(rival=None))
+    diagnosis = cast(Any, SimpleNamespace(rival=None, read=None))
     found = _finding(diagnosis, cast(Any, None), None, {"joint_stiffness": 0.9, "added_mass": 0.05})
     assert (found["physics"], found["probability"]) == ("", 0.0)
     assert [a["physics"] for a in found["alternatives"]] == ["joint_stiffness", "added_mass"]

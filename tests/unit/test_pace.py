@@ -45,7 +45,7 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
             "_with_model_free": lambda runs, recovered: runs,
             "from_shorter": lambda runs, recovered: runs,
             "_widened": widened,
-            "_candidate": lambda loop, start, name, reached, covariance: SimpleNamespace(
+            "candidate_of": lambda loop, start, name, reached, covariance: SimpleNamespace(
                 name=name, sigma=loop.sigma, fitted=reached.cost
             ),
             "judge_nonlinear": lambda choosing, candidate: candidate,

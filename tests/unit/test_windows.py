@@ -274,7 +274,7 @@ def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch:
         "_with_model_free": lambda runs, recovered: runs,
         "from_shorter": lambda runs, recovered: runs,
         "_widened": widened,
-        "_candidate": candidate,
+        "candidate_of": candidate,
         "judge_nonlinear": lambda choosing, candidate: candidate,
     }
     for attribute, value in made.items():

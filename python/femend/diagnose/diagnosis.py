@@ -8,6 +8,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from femend.diagnose.deciding.as_read import as_read
 from femend.diagnose.deciding.contradicted import nothing_followed
 from femend.diagnose.deciding.more_effects import with_further
 from femend.diagnose.deciding.no_model import no_model
@@ -132,6 +133,8 @@ def explain(
         return decided
     if decided.rival is not None and decided.rival.ranked.candidate.chosen <= settings.adequate:
         return decided  # one force at one place explains what was not used to fit it
+    if decided.read is not None and decided.read.law is not None:
+        return decided  # so does the one that was read, with a law behind it
     tell.start("look for more")
     so_far.decided = decided
     search = look_further if told else hidden_by_each_other
@@ -194,7 +197,7 @@ def _one_effect(task: _Task) -> Diagnosis:
     )  # fmt: skip
     if task.hopeless and load is None:
         return replace(undecided, verdict="undetermined", place=None)
-    return _placed(decide(undecided, plainly), task.places)
+    return as_read(_placed(decide(undecided, plainly), task.places))
 
 
 def _explained_at_the_ground(task: _Task) -> bool:

@@ -9,7 +9,7 @@ from femend.physics.nested import companion_jacobian, simpler, with_companion
 from femend.physics.own import register
 from femend.physics.rotor import SpeedStiffness, gyroscopic_matrix, receptance_with_pair
 from femend.physics.shape import Shape
-from femend.physics.starts import linear_sizes, shapes
+from femend.physics.starts import linear_sizes, nearby, shapes
 from femend.physics.surrogate import PARTS, Surrogate, surrogate_start
 from femend.physics.transform import FitCoordinates
 
@@ -32,6 +32,7 @@ __all__ = [
     "fit_free_form",
     "gyroscopic_matrix",
     "linear_sizes",
+    "nearby",
     "physics",
     "receptance_with_pair",
     "register",

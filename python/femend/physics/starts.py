@@ -15,10 +15,13 @@ from femend.physics.own_starts import own_shapes
 from femend.physics.shape import Shape, single
 from femend.physics.starts_extended import EXTENDED_STARTS, extended_shapes
 
-__all__ = ["Shape", "linear_sizes", "shapes"]
+__all__ = ["Shape", "linear_sizes", "nearby", "shapes"]
 
-# in units of the largest motion; of a stiff stop that peaks alone reach, hardly less than that
-_GAP = (0.1, 0.25, 0.45, 0.7, 0.9)
+# in units of the largest motion; of a stiff stop that peaks alone reach, hardly less than that, of a play that every
+# resonance of a sweep goes through, far less
+_GAP = (0.03, 0.06, 0.1, 0.17, 0.25, 0.35, 0.45, 0.7, 0.9)
+# gaps and slips between two of these, in units of the lower one
+_BETWEEN = (0.75, 0.87, 1.15, 1.3)
 _SLIP = (0.03, 0.1, 0.25, 0.5)
 _EXPONENT = (1.1, 2.0)
 _RATIO = (0.0, 0.6)
@@ -35,7 +38,7 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], spe
     >>> from femend.physics import physics
     >>> grid = shapes(physics("clearance"), amplitude=1.0, band=(10, 100))
     >>> [shape.terms[0]["gap"] for shape in grid][:4]
-    [0.1, 0.25, 0.45, 0.7]
+    [0.03, 0.06, 0.1, 0.17]
     """
     if not (amplitude > 0 and 0 < band[0] < band[1]):
         raise ValueError(
@@ -77,6 +80,18 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], spe
             return [one({name: 1.0}, name)]
         case _:
             return own_shapes(physics, amplitude, band)
+
+
+def nearby(shape: Shape) -> list[Shape]:
+    """The same shape of a stop or of friction with its gap or slip between those of `shapes`, which are far apart
+    beside how well a regression tells them; nothing of other laws."""
+    own = {"clearance": "gap", "coulomb_friction": "f"}.get(shape.physics.law or "")
+    if own is None:
+        return []
+    return [
+        Shape(shape.physics, tuple({**term, own: factor * term[own]} for term in shape.terms), shape.scaled)
+        for factor in _BETWEEN
+    ]
 
 
 def linear_sizes(physics: Physics, stiffness: Sequence[float], band: tuple[float, float]) -> list[dict[str, float]]:

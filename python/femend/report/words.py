@@ -219,6 +219,8 @@ def sure_text(finding: Mapping[str, Any], verdict: str = "") -> str:
     """
     if is_unnamed(finding):
         return "no name: none of the laws tried explains it well enough"
+    if finding.get("as_read"):
+        return "none: it is the law that follows the force which was read there, and no simulation could follow it"
     if finding.get("probability") is None:
         return "none: the run was stopped before all laws were tried"
     said = certainty(number(finding.get("probability")))

@@ -12,6 +12,7 @@ from femend.diagnose.fitting.candidates import Candidate
 from femend.diagnose.loads.loads import LoadFinding
 from femend.diagnose.locating.locate import Located
 from femend.diagnose.locating.split import Split
+from femend.diagnose.naming.followed import AsRead
 from femend.diagnose.naming.free_form_rival import Rival
 from femend.diagnose.naming.judge import Given
 from femend.diagnose.naming.ranked import Ranked
@@ -37,7 +38,9 @@ class Diagnosis:
     exp(-`sigma` t); `rival` is the free-form force where it beats every named law (`best` is it then); `further` are
     several effects at once where one does not explain enough; `driven` is where the force acts if nobody recorded it;
     `off` is what recordings are off by, a force that acted at another time or along another axis, sensors that are
-    late: fits are of records without it; `interrupted` says that the run was stopped before it could decide.
+    late: fits are of records without it; `interrupted` says that the run was stopped before it could decide;
+    `read` is the model beside the force that was read at the place, where that explains the recordings and no law could
+    be followed over them.
     """
 
     verdict: str
@@ -64,6 +67,7 @@ class Diagnosis:
     driven: Driven | None = None
     off: RecordedOff | None = None
     interrupted: bool = False
+    read: AsRead | None = None
 
     @property
     def given(self) -> Given:

@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 from femend import _core
 from femend.diagnose.locating.joint import Joint
 from femend.diagnose.locating.recovered import Recovered
-from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
+from femend.physics import FitCoordinates, Physics, Shape, Surrogate, catalogue, nearby, physics, shapes
 from femend.physics.causal import CAUSAL
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "Candidate",
     "Start",
     "force_on_lines",
+    "left_of",
     "standard_deviations",
     "laws_for",
     "starts",
@@ -139,42 +140,62 @@ def starts(entry: Physics, joint: Joint, recovered: Recovered, count: int) -> li
 
     Lines are weighted by how well the sensors see a force at the joint.
     """
-    s = recovered.s
     amplitude = float(max(np.abs(d).max() for d in recovered.d))
-    omega = np.concatenate([x.imag for x in s])
+    omega = np.concatenate([x.imag for x in recovered.s])
     if not np.isfinite(amplitude) or amplitude <= 0:
         return []
-    found = []
-    for shape in shapes(entry, amplitude=amplitude, band=(float(omega.min()), float(omega.max()))):
-        columns = [_term(shape.physics, term, recovered) for term in shape.terms]
-        linear = entry.kind == "linear"
-        if not linear:
-            columns += [
-                _stack(recovered.D, recovered),
-                _stack([D * x[:, None] for D, x in zip(recovered.D, s)], recovered),
-            ]
-        lines, force = np.array(columns).T, _stack(recovered.F, recovered)
-        A, b = np.concatenate([lines.real, lines.imag]), np.concatenate([force.real, force.imag])
-        size = np.linalg.norm(A, axis=0)
-        if not np.all(np.isfinite(size)) or np.any(size == 0):
-            continue
-        factors = _solve(A / size, b, len(shape.terms), entry) / size
-        left = float(np.linalg.norm(b - A @ factors) / np.linalg.norm(b))
-        values = shape.values(list(factors[: len(shape.terms)]))
-        k, c = (0.0, 0.0) if linear else (float(factors[-2]), float(factors[-1]))
-        own = np.linalg.norm(A[:, : len(shape.terms)] @ factors[: len(shape.terms)])
-        if own < 1e-3 * np.linalg.norm(b):
-            continue  # the law has nothing to say here
-        if joint.place.release is not None:
-            k = max(k, 0.0)  # a cut with negative stiffness falls apart
-        found.append(Start(entry, values, k, c, left))
-    found.sort(key=lambda start: start.left)
-    kept: list[Start] = []
-    for start in found:
+    tried = shapes(entry, amplitude=amplitude, band=(float(omega.min()), float(omega.max())))
+    found = [(start, shape) for shape in tried if (start := _regressed(shape, joint, recovered)) is not None]
+    kept = _of_each_side(found, count)
+    finer = [near for _, shape in kept for near in nearby(shape)]
+    found = [*kept, *((start, shape) for shape in finer if (start := _regressed(shape, joint, recovered)) is not None)]
+    return [*_stuck(entry, recovered), *(start for start, _ in _of_each_side(found, count))]
+
+
+def _of_each_side(found: list[tuple[Start, Shape]], count: int) -> list[tuple[Start, Shape]]:
+    """The `count` starts that leave least, with their shapes; of stops one for each number of sides."""
+    kept: list[tuple[Start, Shape]] = []
+    for start, shape in sorted(found, key=lambda one: one[0].left):
         sides = start.values.get("sides")
-        if len(kept) < count and (sides is None or sides not in [o.values.get("sides") for o in kept]):
-            kept.append(start)
-    return [*_stuck(entry, recovered), *kept]
+        if len(kept) < count and (sides is None or sides not in [o.values.get("sides") for o, _ in kept]):
+            kept.append((start, shape))
+    return kept
+
+
+def _regressed(shape: Shape, joint: Joint, recovered: Recovered) -> Start | None:
+    """The start of a shape with the force scale that follows the recovered force best beside a linear companion; None
+    where the law has nothing to say there."""
+    entry = shape.physics
+    columns = [_term(entry, term, recovered) for term in shape.terms]
+    linear = entry.kind == "linear"
+    if not linear:
+        columns += [
+            _stack(recovered.D, recovered),
+            _stack([D * x[:, None] for D, x in zip(recovered.D, recovered.s)], recovered),
+        ]
+    lines, force = np.array(columns).T, _stack(recovered.F, recovered)
+    A, b = np.concatenate([lines.real, lines.imag]), np.concatenate([force.real, force.imag])
+    size = np.linalg.norm(A, axis=0)
+    if not np.all(np.isfinite(size)) or np.any(size == 0):
+        return None
+    factors = _solve(A / size, b, len(shape.terms), entry) / size
+    left = float(np.linalg.norm(b - A @ factors) / np.linalg.norm(b))
+    own = np.linalg.norm(A[:, : len(shape.terms)] @ factors[: len(shape.terms)])
+    if own < 1e-3 * np.linalg.norm(b):
+        return None
+    values = shape.values(list(factors[: len(shape.terms)]))
+    k, c = (0.0, 0.0) if linear else (float(factors[-2]), float(factors[-1]))
+    if joint.place.release is not None:
+        k = max(k, 0.0)  # a cut with negative stiffness falls apart
+    return Start(entry, values, k, c, left)
+
+
+def left_of(start: Start, recovered: Recovered) -> float:
+    """Share of a recovered force that a start leaves as it stands, without a regression."""
+    own = _stack(force_on_lines(start.physics, start.values, recovered), recovered)
+    beside = [(start.k + start.c * x[:, None]) * D for D, x in zip(recovered.D, recovered.s)]
+    force = _stack(recovered.F, recovered)
+    return float(np.linalg.norm(force - own - _stack(beside, recovered)) / np.linalg.norm(force))
 
 
 def _stuck(entry: Physics, recovered: Recovered) -> list[Start]:

@@ -24,7 +24,19 @@ from femend.estimate import Problem
 from femend.physics import FitCoordinates, Surrogate
 from femend.threads import go_on
 
-__all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "Modal", "companion_prior", "loop_of", "upsampled"]
+__all__ = [
+    "COARSE",
+    "FINE",
+    "ClosedLoop",
+    "History",
+    "LawSpec",
+    "Loop",
+    "Modal",
+    "companion_prior",
+    "linear_spec",
+    "loop_of",
+    "upsampled",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -112,8 +124,8 @@ class Loop(ABC):
         fit coordinates `x` (n_x,), without the spring by which the model holds it, and the dashpots."""
         laws, held = self.laws(x), self.joint.held
         if held is not None:
-            laws = [[*own, _linear(k=-float(k))] for own, k in zip(laws, held, strict=True)]
-        return [*laws, *([_linear(c=1.0)] for _ in self.joint.reduced.dashpots.of)]
+            laws = [[*own, linear_spec(k=-float(k))] for own, k in zip(laws, held, strict=True)]
+        return [*laws, *([linear_spec(c=1.0)] for _ in self.joint.reduced.dashpots.of)]
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
         """What the simulation gives at each of `points` (p, x) and record."""
@@ -259,7 +271,8 @@ class Loop(ABC):
         return replace(self, sigma=sigma)
 
 
-def _linear(k: float = 0.0, c: float = 0.0) -> LawSpec:
+def linear_spec(k: float = 0.0, c: float = 0.0) -> LawSpec:
+    """A spring and dashpot as the core takes them."""
     return "linear", {"k": k, "c": c, "m": 0.0}
 
 
@@ -284,7 +297,7 @@ class ClosedLoop(Loop):
     def laws(self, x: FloatArray) -> list[list[LawSpec]]:
         """Composite of every coordinate at fit coordinates `x`, as the core takes it."""
         values, k, c = self.values(x)
-        return [[*self.coordinates.composite(values), _linear(k, c)] for _ in range(len(self.joint.w))]
+        return [[*self.coordinates.composite(values), linear_spec(k, c)] for _ in range(len(self.joint.w))]
 
     def prior(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Around `x` for the law, around nothing for the companion."""

@@ -23,6 +23,7 @@ from femend.threads import at_once
 
 __all__ = [
     "as_recorded",
+    "candidate_of",
     "cost_of",
     "fit_nonlinear",
     "judge_nonlinear",
@@ -99,7 +100,7 @@ def fit_nonlinear(
         pace.keep(run.path)
     kept: dict[tuple[str, bool], Candidate] = {}
     for run in (*runs, *lost):
-        candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))
+        candidate = judge_nonlinear(choosing, candidate_of(run.descent.loop, run.start, run.name, run.reached, None))
         own = run.name, run.misfit <= EXPLAINS
         before = kept.get(own)
         if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
@@ -281,7 +282,10 @@ def _on_its_way(run: Run) -> Run:
     return run
 
 
-def _candidate(loop: ClosedLoop, start: Start, name: str, reached: Reached, covariance: FloatArray | None) -> Candidate:
+def candidate_of(
+    loop: ClosedLoop, start: Start, name: str, reached: Reached, covariance: FloatArray | None
+) -> Candidate:
+    """The candidate that a descent has `reached` in a `loop`, with the `covariance` (n_x, n_x) of its own unknowns."""
     n_p = len(loop.problem.prior(loop.joint.reduced)[0])
     p, x = reached.z[:n_p], reached.z[n_p:]
     values, k, c = loop.values(x)
@@ -350,7 +354,7 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
     start = Start(candidate.physics, candidate.values, candidate.k, candidate.c, 0.0)
     covariance = np.asarray(np.linalg.pinv(reached.H), dtype=np.float64)
     return replace(
-        _candidate(loop, start, candidate.name, reached, covariance[n_p:, n_p:]),
+        candidate_of(loop, start, candidate.name, reached, covariance[n_p:, n_p:]),
         chosen=candidate.chosen,
         reference=candidate.reference,
         p_sd=standard_deviations(covariance, n_p),

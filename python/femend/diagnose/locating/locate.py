@@ -18,6 +18,7 @@ from femend.diagnose.locating.classes import similarity
 from femend.diagnose.locating.dressed import hypothesis_of, with_form, with_own_unknowns, without_own_unknowns
 from femend.diagnose.locating.preference import preference
 from femend.diagnose.locating.screen import is_many, screened, without_poor_regions
+from femend.diagnose.settings import AT_NOISE, CLEARLY
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
@@ -338,11 +339,13 @@ def cost_of(problem: Problem, fit: Fit, sigma: float) -> float:
 
 def shortlist(located: Sequence[Located]) -> list[Located]:
     """Places whose laws are worth fitting, the likeliest first: those with one force, led by the ones with several
-    where these leave clearly less; several free forces also explain what no place does."""
+    where these leave clearly less; several free forces also explain what no place does, and noise where one force
+    leaves nothing else."""
     single = [f for f in located if f.place.n_w <= 1 and f.place.kind != "base"]
     several = [f for f in located if f.place.n_w > 1]
-    best = single[0].cost if single else np.inf
-    better = [f for f in several if SEVERAL_WORTH * f.cost < best]
+    best = single[0] if single else None
+    enough = best is not None and best.fit.score <= AT_NOISE and best.fit.prior <= CLEARLY
+    better = [f for f in several if best is None or (not enough and SEVERAL_WORTH * f.cost < best.cost)]
     return [*better[:2], *single]
 
 

@@ -51,7 +51,13 @@ class Recovered:
 
 
 def recover(
-    problem: Problem, joint: Joint, start: FloatArray, *, by_record: bool = False, sharp: bool = False
+    problem: Problem,
+    joint: Joint,
+    start: FloatArray,
+    *,
+    by_record: bool = False,
+    sharp: bool = False,
+    densely: bool = False,
 ) -> Recovered | None:
     """Reads off what the coordinate of an opened joint did.
 
@@ -60,7 +66,9 @@ def recover(
     free decays; what the sensors still see beyond them goes to the force as far as they see the joint at all (Wiener
     form). A bare least-squares force would be noise where the joint is hardly seen, and could trade any free decay
     against itself near a resonance. With `sharp`, lines that stand out of their neighbours are not held to them: a
-    force from outside may be harmonic.
+    force from outside may be harmonic. With `densely` the place is read on every line of the band, however few of them
+    the problem is fitted on: lines left out leave a history that no record had, and laws that follow it sample by
+    sample are led astray.
     """
     (fit,) = problem.fit([joint.hypothesis(None)], [(start, np.zeros(0))], iterations=8)
     if fit is None:
@@ -71,6 +79,9 @@ def recover(
     if equal is None:
         return None
     out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [], [], free)
+    if densely:
+        problem = problem.thinned(None)
+        seen = _seen(problem, joint, fit)
     out.index.extend(one.line.index for one in seen)
     out.freq.extend(one.line.freq for one in seen)
     for i, one in enumerate(seen):

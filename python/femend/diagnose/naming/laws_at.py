@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -229,9 +230,11 @@ def _nonlinear(split: Split, at: Opened, pace: Pace) -> list[Candidate]:
         return []
     worth: list[tuple[str, Start]] = []
     # by one element in all records and by one in each: which of them comes nearer is not known beforehand
-    readings: list[Recovered | None] = [at.recovered]
+    read = partial(recover, split.reading, at.joint, at.recovered.fit.p, densely=True)
+    first = read() or at.recovered
+    readings: list[Recovered | None] = [first]
     if len(split.reading.records) > 1:
-        readings.append(recover(split.reading, at.joint, at.found.fit.p, by_record=True))
+        readings.append(read(by_record=True))
     for recovered, most in zip(readings, MOST_STARTS, strict=False):
         if recovered is None:
             continue
@@ -241,8 +244,8 @@ def _nonlinear(split: Split, at: Opened, pace: Pace) -> list[Candidate]:
             if entry.kind == "nonlinear"
             for start in starts(entry, at.joint, recovered, NONLINEAR_STARTS)
         ]
-        untold = [b for b in begun if np.isnan(b[1].left) and recovered is at.recovered]
+        untold = [b for b in begun if np.isnan(b[1].left) and recovered is first]
         told = sorted((b for b in begun if not np.isnan(b[1].left)), key=lambda item: item[1].left)
         within = [b for b in told if b[1].left < START_REACH * told[0][1].left]
         worth += [*untold, *_different_first(within)[:most]]
-    return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth, pace)
+    return fit_nonlinear(split.fitting, split.choosing, at.joint, first, worth, pace)

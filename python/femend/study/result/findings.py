@@ -18,7 +18,7 @@ from femend.diagnose.naming.ranked import Ranked, tempered
 from femend.dof import Dof
 from femend.model import Place
 from femend.model.places.places import Topology, stretches, topology
-from femend.physics import CATALOGUE, FitCoordinates, companion_jacobian, physics
+from femend.physics import CATALOGUE, FitCoordinates, companion_jacobian, physics, with_companion
 from femend.report.vocabulary import DIRECTIONS
 from femend.study.result.open_place import answers_elsewhere, over_places
 from femend.study.result.told import told
@@ -107,9 +107,12 @@ def _finding(
 ) -> dict[str, Any]:
     """One name (or none) at one place, with the laws that are as likely; of those tried in vain what is left of being
     sure that it is none of them. Of the likeliest law of a run that was stopped nothing is sure."""
-    name = best.name if best is not None else ""
+    read = None if diagnosis.read is None else diagnosis.read.law
+    name = best.name if best is not None else read.name if read is not None else ""
     named: float | None = probabilities.pop(name, 0.0)
     if best is not None and diagnosis.interrupted and diagnosis.verdict == "located-not-named":
+        named, probabilities = None, {}
+    if read is not None:  # simulations, by which probabilities are told, could not follow it
         named, probabilities = None, {}
     if best is None or diagnosis.rival is not None:
         probabilities = {law: p * (1.0 - CALIBRATION.surest) for law, p in probabilities.items()}
@@ -120,10 +123,11 @@ def _finding(
         **law_words(name),
         "probability": None if named is None else round(named, 3),
         "location": where,
-        "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, answers),
+        "parameters": _told_parameters(diagnosis, best, answers),
         "alternatives": alternatives(probabilities),
         "configurations": ["as modelled"],
     }
+    found = {**found, "as_read": True} if read is not None else found
     return found if diagnosis.rival is None else {**found, "class": ", ".join(diagnosis.rival.labels)}
 
 
@@ -228,6 +232,25 @@ def _next_sensor(diagnosis: Diagnosis, place: Located, rivals: Sequence[Place]) 
     if found is None:
         return None
     return {"node": found.node, "direction": found.axis, "tells_apart": found.apart, "of": found.rivals}
+
+
+def _told_parameters(
+    diagnosis: Diagnosis, best: Candidate | None, answers: NDArray[np.float64] | None
+) -> dict[str, Any]:
+    """What a law is told by; of one that was read off alone without deviations, nothing of a free-form force."""
+    if diagnosis.read is not None and diagnosis.read.held is not None:
+        best = diagnosis.read.held
+    if best is not None and not diagnosis.rival:
+        return _law_parameters(diagnosis, best, answers)
+    if diagnosis.read is None or diagnosis.read.law is None or diagnosis.place is None:
+        return {}
+    start, system = diagnosis.read.law.start, unit_system(diagnosis.reduced.model.units)
+    turning = diagnosis.place.place.direction.startswith("R")
+    values = with_companion(start.physics, start.values, start.k)
+    return {
+        p.name: {"value": rounded(values[p.name]), "sd": None, "unit": p.unit(system, rotational=turning)}
+        for p in start.physics.parameters
+    }
 
 
 def _law_parameters(diagnosis: Diagnosis, best: Candidate, answers: NDArray[np.float64] | None) -> dict[str, Any]:

@@ -270,6 +270,8 @@ def _swing(size: FloatArray, like: FloatArray) -> FloatArray:
 def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
     names = [p.name for p in diagnosis.reduced.model.parameters]
     p = diagnosis.null.p if diagnosis.best is None else diagnosis.best.p
+    if diagnosis.read is not None:
+        p = diagnosis.read.p
     if diagnosis.load is not None and diagnosis.by_load:
         p = diagnosis.load.fit.p
     sd = _model_sd(diagnosis)
@@ -283,7 +285,9 @@ def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
     """Standard deviations of the model's unknowns beside what was added, inflated by what is left above the noise, and
     of its parameters (n,) by what its modes were strained by, up to their priors; those of the updated model where
     nothing was added."""
-    best, null = diagnosis.best, diagnosis.null
+    best, null = diagnosis.best, diagnosis.null if diagnosis.read is None else diagnosis.read.fit
+    if diagnosis.read is not None and diagnosis.read.held is not None:
+        best = diagnosis.read.held
     if best is not None and best.p_sd is not None:
         own = best.p_sd * np.sqrt(max(1.0, best.fitted))
     else:
