@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from femend.diagnose.deciding import as_read as deciding
-from femend.diagnose.deciding.as_read import as_read
+from femend.diagnose.deciding.as_read import as_read, settles
 from femend.diagnose.fitting.candidates import Start, left_of, starts
 from femend.diagnose.fitting.known_force import rows_of
 from femend.diagnose.locating.joint import open_joint
 from femend.diagnose.locating.locate import shortlist
 from femend.diagnose.locating.recovered import recover
 from femend.diagnose.locating.split import split_records
-from femend.diagnose.naming.followed import Followed, followed_there, held_near, held_to_all
+from femend.diagnose.naming.followed import AsRead, Followed, followed_there, held_near, held_to_all
 from femend.diagnose.settings import Settings
 from femend.diagnose.updating.update import UpdatedModel
 from femend.model import Place, find_places
@@ -130,14 +130,15 @@ class Found:
     load: Any = None
     interrupted: bool = False
     settings: Settings = field(default_factory=Settings)
-    split: Any = None
-    g_rows: Any = ()
     reduced: Any = field(default_factory=lambda: SimpleNamespace(model=SimpleNamespace(units="SI")))
 
     @property
-    def problem(self) -> Any:
-        return SimpleNamespace(
+    def given(self) -> Any:
+        whole = SimpleNamespace(
             load=None, band=(1.0, 100.0), records=[SimpleNamespace(frf=None)], prior_cost=lambda reduced, p: float(p[0])
+        )
+        return SimpleNamespace(
+            split=SimpleNamespace(whole=whole), settings=self.settings, reduced=self.reduced, g_rows=()
         )
 
 
@@ -194,6 +195,18 @@ def test_the_law_that_follows_the_force_is_told_where_none_can_be_simulated(
     if name:
         assert "clearance (k 40000 N/m, gap 0.0001 m, where the deck is 40000 N/m too stiff)" in out.advice
         assert "14 %" in out.advice
+
+
+@pytest.mark.parametrize(("chosen", "settled"), [(None, False), (4.0, True), (30.0, False), (300.0, False)])
+def test_nothing_else_is_looked_for_where_the_law_that_was_read_takes_most_away(
+    chosen: float | None, settled: bool
+) -> None:
+    place = place_with(1.0, 5.0)
+    held = None if chosen is None else SimpleNamespace(chosen=chosen)
+    assert settles(AsRead(place.place, place.fit, CLEAR[0], cast(Any, held)), 220.0, Settings()) == settled
+    assert not settles(None, 220.0, Settings())
+    # nor where the model leaves nothing without it
+    assert not settles(AsRead(place.place, place.fit, CLEAR[0], cast(Any, held)), 1.0, Settings())
 
 
 def test_several_forces_are_not_believed_where_one_explains_all() -> None:

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from femend.diagnose.deciding.as_read import as_read
+from femend.diagnose.deciding.as_read import as_read, read_at, settles
 from femend.diagnose.deciding.contradicted import nothing_followed
 from femend.diagnose.deciding.more_effects import with_further
 from femend.diagnose.deciding.no_model import no_model
@@ -25,6 +25,7 @@ from femend.diagnose.locating.members_there import members_there
 from femend.diagnose.locating.sensed import sensed_places
 from femend.diagnose.locating.split import split_records, weaker_first
 from femend.diagnose.naming.between_members import with_pairs_between
+from femend.diagnose.naming.followed import AsRead
 from femend.diagnose.naming.judge import Given, ToBeat, compared_in, to_beat
 from femend.diagnose.naming.name import linear_alone, name_physics
 from femend.diagnose.naming.ranked import Ranked, tempered, told_simply
@@ -141,11 +142,12 @@ def explain(
     return with_further(decided, start, located, places, loud, search)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Task:
     """One effect to be named: from an updated model and the places found for it, of all `places`; `tell` is told of the
     steps, and `so_far` of what is settled. Naming may be `hopeless`: no force explains recordings that are not those of
-    one structure, or that contradict the deck as a whole."""
+    one structure, or that contradict the deck as a whole. `read` is what was read at the best place, where no law could
+    be followed there."""
 
     start: UpdatedModel
     located: list[Located]
@@ -154,6 +156,7 @@ class _Task:
     tell: Progress
     so_far: SoFar
     hopeless: bool = False
+    read: AsRead | None = None
 
     @cached_property
     def given(self) -> Given:
@@ -197,7 +200,7 @@ def _one_effect(task: _Task) -> Diagnosis:
     )  # fmt: skip
     if task.hopeless and load is None:
         return replace(undecided, verdict="undetermined", place=None)
-    return as_read(_placed(decide(undecided, plainly), task.places))
+    return as_read(_placed(decide(undecided, plainly), task.places), task.read)
 
 
 def _explained_at_the_ground(task: _Task) -> bool:
@@ -237,7 +240,12 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
     naming = partial(name_physics, tell=task.tell.advance, note=task.so_far.ranked.extend)
     clamps = [*short, *task.located]
     ranked, sigma = naming(given, short, alone.score, clamps=clamps)
-    weaker = weaker_first(given.split) if _lost_on_the_way(task, alone, ranked, sigma) else None
+    lost = _lost_on_the_way(task, alone, ranked, sigma)
+    if lost:
+        task.read = read_at(given, short[0])
+        if settles(task.read, alone.candidate.chosen, settings):
+            return given, alone, ranked, sigma
+    weaker = weaker_first(given.split) if lost else None
     if weaker is not None:
         task.tell.start("name it", len(short))
         again = replace(given, split=weaker)

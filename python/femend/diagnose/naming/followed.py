@@ -21,6 +21,7 @@ from femend.diagnose.locating.joint import Joint
 from femend.diagnose.locating.recovered import Recovered, recover
 from femend.diagnose.locating.split import Split
 from femend.estimate import Fit
+from femend.model import Place
 
 __all__ = ["AsRead", "Followed", "followed_there", "held_near", "held_to_all"]
 
@@ -42,13 +43,20 @@ class Followed:
 
 @dataclass(frozen=True, eq=False)
 class AsRead:
-    """The fit of the model beside a free force that explains the recordings, the law that follows that force, if one
-    clearly does, and the same fitted while its motion is held near the one that was read (`chosen` of a recording that
-    it was not fitted to), where it could be."""
+    """The fit of the model beside a free force at a `place` that explains the recordings, and the law that follows that
+    force, if one clearly does.
 
+    `held` is the law fitted while its motion is held near the one that was read, where it could be (`chosen` of a
+    recording that it was not fitted to), `springs` the share of the force that a spring and dashpot leave, `as_well`
+    are the names of laws that follow it about as well.
+    """
+
+    place: Place
     fit: Fit
     law: Followed | None
     held: Candidate | None = None
+    springs: float = np.inf
+    as_well: tuple[str, ...] = ()
 
     @property
     def p(self) -> FloatArray:
