@@ -65,6 +65,8 @@ def test_a_level_that_a_structure_may_have_is_nothing_to_settle_first(
     told = _Task._doubted_first(task, result)["advice"]
     assert told.startswith("settle this first") is first
     assert told.endswith("run it again")
+    # a law that was read at a place whose force explains the recordings needs nothing settled
+    assert _Task._doubted_first(task, {**result, "findings": [{"as_read": True}]})["advice"] == "run it again"
 
 
 def test_sensors_that_the_fit_left_out_or_called_noise_are_not_explained() -> None:

@@ -241,8 +241,10 @@ class _Task:
     def _doubted_first(self, result: dict[str, Any]) -> dict[str, Any]:
         """The result with what is doubtful of the test or the deck as a whole at the head of its advice, where nothing
         was named: a search for missing physics does not make up for other units, another time step or no supports. A
-        level that what is missing may make as well comes first in nothing, as it does in the search."""
-        if result["verdict"] not in ("located-not-named", "undetermined"):
+        level that what is missing may make as well comes first in nothing, as it does in the search. Nor does what is
+        doubtful beside a law that was read at a place whose force explains the recordings."""
+        read = any(finding.get("as_read") for finding in result.get("findings", ()))
+        if read or result["verdict"] not in ("located-not-named", "undetermined"):
             return result
         told = [text for text in self._contradictions(sure=True) if text in result["warnings"]]
         if not told:
