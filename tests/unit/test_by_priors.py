@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from femend.diagnose.deciding.by_priors import rests_on_priors
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.naming.ranked import Ranked
 from femend.diagnose.naming.shares import score_of_noise
+from femend.report.headline import BY_PRIORS, headline
 from femend.study.result.study_run import StudyRun
 from femend.study.run import diagnose
 
@@ -78,3 +80,23 @@ def test_what_the_name_rests_on_is_told(found: Diagnosis) -> None:
     assert f"'{PARAMETERS[0].name}' at 0.449" in told
     assert "8 of its prior standard deviations" in told
     assert "rests on these priors" in told
+
+
+def test_the_headline_tells_no_errors_that_are_the_same() -> None:
+    result: dict[str, Any] = {
+        "verdict": "missing-physics",
+        "findings": [
+            {
+                "physics": "support_stiffness",
+                "probability": 0.95,
+                "location": {"nodes": [7], "to": "ground", "direction": "Z"},
+                "parameters": {"k": {"value": 2.0e4, "sd": 500.0, "unit": "N/m"}},
+                "rests_on": "priors",
+            }
+        ],
+        "fit": [{"recording": "low", "role": "fit", "nominal": 0.5, "parameters": 0.006, "final": 0.006}],
+    }
+    assert headline(result).endswith(f"{BY_PRIORS}.")
+    held_out = {"recording": "mid", "role": "validate", "nominal": 0.5, "parameters": 0.09, "final": 0.02}
+    told = headline(result | {"fit": [*result["fit"], held_out]})
+    assert told.endswith(f"{BY_PRIORS}; prediction error on unseen recordings 0.09 → 0.02.")

@@ -31,10 +31,12 @@ from femend.report.words import (
     verdict_name,
 )
 
-__all__ = ["INTERRUPTED", "ErrorGain", "InBand", "final_error", "headline", "tells_in_band"]
+__all__ = ["BY_PRIORS", "INTERRUPTED", "ErrorGain", "InBand", "final_error", "headline", "tells_in_band"]
 
 # what errors are of
 UNSEEN, FITTED = "unseen recordings", "the fitted recordings"
+# what is said in place of errors on the fitted recordings that are the same with and without what was found
+BY_PRIORS = "; without it the updated model explains the recordings only far outside its priors"
 _CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
 # errors in the band that models are compared in are told where what is left in it and over all differs by a factor of
 # more than two in square
@@ -229,10 +231,18 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
         before = "nominal" if acts_where_recorded(findings[0]) else "parameters"
         return f"{sentence(misplaced)}{_gain(result, before, 'final')}."
     gain = _gain(result, "parameters", "final")
+    if any(map(_rests_on_priors, findings)):
+        unseen = error_gain(result, "parameters", "final")
+        gain = f"{BY_PRIORS}{gain if unseen is not None and unseen.which == UNSEEN else ''}"
     lead = "Most likely missing" if any(map(is_tentative, findings)) else "Missing"
     if any(map(_or_rather, findings)):
         lead = "Possibly missing"
     return f"{lead}: {'; and '.join(parts)}{gain}."
+
+
+def _rests_on_priors(finding: Result) -> bool:
+    """Whether a finding takes back what the update paid its priors for, and nothing of the errors."""
+    return finding.get("rests_on") == "priors"
 
 
 def _or_rather(finding: Result) -> str:

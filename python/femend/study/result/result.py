@@ -81,6 +81,8 @@ def result_of(
         _note_outside(fit, predictions, diagnosis.problem.band)
     fit = _told_in_band(fit, predictions, diagnosis.problem.band)
     found, verdict = findings(diagnosis), diagnosis.verdict
+    if rests_on_priors(diagnosis):
+        found = [{**one, "rests_on": "priors"} for one in found]
     turned = turned_force(diagnosis, records)
     if turned is not None:
         found = [*found, turned]
