@@ -49,10 +49,11 @@ def read_at(given: Given, place: Located) -> AsRead | None:
         return AsRead(where, fit, None)
     first = laws[0]
     as_well = tuple(one.name for one in laws[1:] if one.left <= AS_WELL * first.left)
-    for law, held in held_near(split, joint, fit.p, [one for one in laws if one.left <= RIVALS * first.left][:MOST])[
-        :1
-    ]:
-        return AsRead(where, fit, law, held_to_all(split, joint, law, held), springs)
+    rivals = [one for one in laws if one.left <= RIVALS * first.left][:MOST]
+    held = held_near(split, joint, fit.p, rivals)
+    if held:
+        law, near = held[0]
+        return AsRead(where, fit, law, held_to_all(split, joint, law, near), springs)
     return AsRead(where, fit, first, None, springs, as_well)
 
 

@@ -24,6 +24,7 @@ __all__ = [
     "Start",
     "force_on_lines",
     "left_of",
+    "stacked",
     "standard_deviations",
     "laws_for",
     "starts",
@@ -170,10 +171,10 @@ def _regressed(shape: Shape, joint: Joint, recovered: Recovered) -> Start | None
     linear = entry.kind == "linear"
     if not linear:
         columns += [
-            _stack(recovered.D, recovered),
-            _stack([D * x[:, None] for D, x in zip(recovered.D, recovered.s)], recovered),
+            stacked(recovered.D, recovered),
+            stacked([D * x[:, None] for D, x in zip(recovered.D, recovered.s)], recovered),
         ]
-    lines, force = np.array(columns).T, _stack(recovered.F, recovered)
+    lines, force = np.array(columns).T, stacked(recovered.F, recovered)
     A, b = np.concatenate([lines.real, lines.imag]), np.concatenate([force.real, force.imag])
     size = np.linalg.norm(A, axis=0)
     if not np.all(np.isfinite(size)) or np.any(size == 0):
@@ -192,10 +193,10 @@ def _regressed(shape: Shape, joint: Joint, recovered: Recovered) -> Start | None
 
 def left_of(start: Start, recovered: Recovered) -> float:
     """Share of a recovered force that a start leaves as it stands, without a regression."""
-    own = _stack(force_on_lines(start.physics, start.values, recovered), recovered)
+    own = stacked(force_on_lines(start.physics, start.values, recovered), recovered)
     beside = [(start.k + start.c * x[:, None]) * D for D, x in zip(recovered.D, recovered.s)]
-    force = _stack(recovered.F, recovered)
-    return float(np.linalg.norm(force - own - _stack(beside, recovered)) / np.linalg.norm(force))
+    force = stacked(recovered.F, recovered)
+    return float(np.linalg.norm(force - own - stacked(beside, recovered)) / np.linalg.norm(force))
 
 
 def _stuck(entry: Physics, recovered: Recovered) -> list[Start]:
@@ -222,13 +223,15 @@ def _solve(A: FloatArray, b: FloatArray, n_terms: int, entry: Physics) -> FloatA
     return np.asarray(factors)
 
 
-def _stack(parts: list[NDArray[np.complex128]], recovered: Recovered) -> NDArray[np.complex128]:
+def stacked(parts: list[NDArray[np.complex128]], recovered: Recovered) -> NDArray[np.complex128]:
+    """What a recovered place has on the lines of every record, `parts` of (K, n_w) each, in one row, weighted by
+    how well it is seen."""
     return np.concatenate([(X * np.sqrt(w)).ravel() for X, w in zip(parts, recovered.weight)])
 
 
 def _term(entry: Physics, values: Mapping[str, float], recovered: Recovered) -> NDArray[np.complex128]:
     """A law's unit force on the lines of every record."""
-    return _stack(force_on_lines(entry, values, recovered), recovered)
+    return stacked(force_on_lines(entry, values, recovered), recovered)
 
 
 def force_on_lines(entry: Physics, values: Mapping[str, float], recovered: Recovered) -> list[NDArray[np.complex128]]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.fitting.candidates import Candidate, Start, laws_for, left_of, starts
+from femend.diagnose.fitting.candidates import Candidate, Start, laws_for, left_of, stacked, starts
 from femend.diagnose.fitting.synchronised import judge_synchronised, synchronised
 from femend.diagnose.locating.joint import Joint
 from femend.diagnose.locating.recovered import Recovered, recover
@@ -109,14 +109,11 @@ def held_to_all(split: Split, joint: Joint, law: Followed, held: Candidate) -> C
 def _of_springs(read: Recovered, seen: Recovered) -> float:
     """Share of the force `seen` that the spring and dashpot leave which follow the force `read` best."""
 
-    def stacked(of: Recovered) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        root = [np.sqrt(w) for w in of.weight]
-        D = np.concatenate([(D * r).ravel() for D, r in zip(of.D, root, strict=True)])
-        V = np.concatenate([(s[:, None] * D * r).ravel() for s, D, r in zip(of.s, of.D, root, strict=True)])
-        F = np.concatenate([(F * r).ravel() for F, r in zip(of.F, root, strict=True)])
-        return np.array([D, V]).T, F
+    def columns(of: Recovered) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        velocity = [s[:, None] * D for D, s in zip(of.D, of.s, strict=True)]
+        return np.array([stacked(of.D, of), stacked(velocity, of)]).T, stacked(of.F, of)
 
-    A, b = stacked(read)
+    A, b = columns(read)
     factors = np.linalg.lstsq(np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag]), rcond=None)[0]
-    A, b = stacked(seen)
+    A, b = columns(seen)
     return float(np.linalg.norm(b - A @ factors) / np.linalg.norm(b))
