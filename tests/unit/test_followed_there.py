@@ -209,7 +209,7 @@ def test_nothing_else_is_looked_for_where_the_law_that_was_read_takes_most_away(
     assert not settles(AsRead(place.place, place.fit, CLEAR[0], cast(Any, held)), 1.0, Settings())
 
 
-def test_several_forces_are_not_believed_where_one_explains_all() -> None:
+def test_several_forces_do_not_go_before_one_that_explains_all() -> None:
     def one(n_w: int, cost: float, score: float, prior: float) -> Any:
         fit = SimpleNamespace(score=score, prior=prior)
         return SimpleNamespace(place=SimpleNamespace(n_w=n_w, kind="pair"), cost=cost, fit=fit)
@@ -220,6 +220,6 @@ def test_several_forces_are_not_believed_where_one_explains_all() -> None:
         one(1, 740.0, 1.6, 4.0),
         one(1, 740.0, 1.0, 90.0),
     )
-    assert shortlist([three, right]) == [right]
+    assert shortlist([three, right, wrong]) == [right, three, wrong]
     assert shortlist([three, wrong]) == [three, wrong]
     assert shortlist([three, bent]) == [three, bent]

@@ -339,14 +339,15 @@ def cost_of(problem: Problem, fit: Fit, sigma: float) -> float:
 
 def shortlist(located: Sequence[Located]) -> list[Located]:
     """Places whose laws are worth fitting, the likeliest first: those with one force, led by the ones with several
-    where these leave clearly less; several free forces also explain what no place does, and noise where one force
-    leaves nothing else."""
+    where these leave clearly less; several free forces also explain what no place does. Where one force leaves nothing
+    but noise within the priors, its place comes before them."""
     single = [f for f in located if f.place.n_w <= 1 and f.place.kind != "base"]
     several = [f for f in located if f.place.n_w > 1]
     best = single[0] if single else None
     enough = best is not None and best.fit.score <= AT_NOISE and best.fit.prior <= CLEARLY
-    better = [f for f in several if best is None or (not enough and SEVERAL_WORTH * f.cost < best.cost)]
-    return [*better[:2], *single]
+    better = [f for f in several if best is None or SEVERAL_WORTH * f.cost < best.cost]
+    first = single[:1] if enough else []
+    return [*first, *better[:2], *single[len(first) :]]
 
 
 def grounded(located: Sequence[Located]) -> list[Located]:
