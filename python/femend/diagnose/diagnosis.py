@@ -142,12 +142,11 @@ def explain(
     return with_further(decided, start, located, places, loud, search)
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Task:
     """One effect to be named: from an updated model and the places found for it, of all `places`; `tell` is told of the
     steps, and `so_far` of what is settled. Naming may be `hopeless`: no force explains recordings that are not those of
-    one structure, or that contradict the deck as a whole. `read` is what was read at the best place, where no law could
-    be followed there."""
+    one structure, or that contradict the deck as a whole."""
 
     start: UpdatedModel
     located: list[Located]
@@ -156,7 +155,6 @@ class _Task:
     tell: Progress
     so_far: SoFar
     hopeless: bool = False
-    read: AsRead | None = None
 
     @cached_property
     def given(self) -> Given:
@@ -176,13 +174,13 @@ def _one_effect(task: _Task) -> Diagnosis:
     load = try_loads(problem, given, null, alone, turned=explained)
     short = with_look_alikes(problem, reduced, shortlist(located), task.places, settings)
     task.tell.start("name it", len(short))
-    ranked, sigma = list[Ranked](), 0.0
+    ranked, sigma, read = list[Ranked](), 0.0, None
     # a load that explains the recordings leaves nothing to name
     settled = load is not None and load.fit.score <= settings.consistent
     worth = not settled and not task.hopeless and _worth_naming(task) and _could_win(task, alone.candidate)
     plainly = worth and plainly_unmeasured(given, located)
     if worth and not plainly:
-        given, alone, ranked, sigma = _named(task, short, alone)
+        given, alone, ranked, sigma, read = _named(task, short, alone)
         ranked = with_other_ends(given, ranked) if sigma == 0 else ranked
         task.so_far.ranked = list(ranked)
         if load is None and explained and sigma == 0 and _lacking(alone, ranked, settings):
@@ -200,7 +198,7 @@ def _one_effect(task: _Task) -> Diagnosis:
     )  # fmt: skip
     if task.hopeless and load is None:
         return replace(undecided, verdict="undetermined", place=None)
-    return as_read(_placed(decide(undecided, plainly), task.places), task.read)
+    return as_read(_placed(decide(undecided, plainly), task.places), read)
 
 
 def _explained_at_the_ground(task: _Task) -> bool:
@@ -232,19 +230,21 @@ def _lacking(alone: ToBeat, ranked: Sequence[Ranked], settings: Settings) -> boo
     return far or unclear(alone, ranked, settings)
 
 
-def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given, ToBeat, list[Ranked], float]:
+def _named(
+    task: _Task, short: Sequence[Located], alone: ToBeat
+) -> tuple[Given, ToBeat, list[Ranked], float, AsRead | None]:
     """Laws at the places `short` and, as long as none takes away nearly all of what the updated model leaves, `alone`,
     at further kinds of places and then in directions not tried, the best of them at its own node too, in rising order
-    of score, and the window they are compared in; with what they were tried on, and what they had to beat there."""
+    of score, and the window they are compared in; with what they were tried on, and what they had to beat there, and
+    what was read at the best place where no law could be followed."""
     start, settings, given = task.start, task.settings, task.given
     naming = partial(name_physics, tell=task.tell.advance, note=task.so_far.ranked.extend)
     clamps = [*short, *task.located]
     ranked, sigma = naming(given, short, alone.score, clamps=clamps)
     lost = _lost_on_the_way(task, alone, ranked, sigma)
-    if lost:
-        task.read = read_at(given, short[0])
-        if settles(task.read, alone.candidate.chosen, settings):
-            return given, alone, ranked, sigma
+    read = read_at(given, short[0]) if lost else None
+    if settles(read, alone.candidate.chosen, settings):
+        return given, alone, ranked, sigma, read
     weaker = weaker_first(given.split) if lost else None
     if weaker is not None:
         task.tell.start("name it", len(short))
@@ -252,7 +252,7 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
         there = to_beat(again, start.null)
         found, window = naming(again, short, there.score, clamps=clamps)
         if window == 0 and _explains(found, settings) and not unclear(there, found, settings):
-            return again, there, found, window
+            return again, there, found, window, read
     tried = [one.place for one in short]
     asked: list[Ranked] = []
 
@@ -285,7 +285,7 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
     if sigma == 0 and (unclear(alone, ranked, settings) or (ranked and settings.bends(ranked[0].candidate.prior))):
         members = members_there(start.problem, start.reduced, task.places, task.located, tried)
         ranked, sigma = more(ranked, members, settings) if members else (ranked, sigma)
-    return given, alone, ranked, sigma
+    return given, alone, ranked, sigma, read
 
 
 def _lost_on_the_way(task: _Task, alone: ToBeat, ranked: Sequence[Ranked], sigma: float) -> bool:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data.bands import within_band
-from femend.estimate.lines import FitRecord, amplitudes
+from femend.estimate.lines import FitRecord, amplitudes, modal_accelerances
 from femend.estimate.picked_up import ACROSS_SD
 from femend.model import ReducedModel
 
@@ -164,7 +164,7 @@ def _motion(
     """Accelerations (3, n_out, K) along the two other axes of every sensor's node, none for a sensor of rotation, and
     along its own, on lines s (K,) under `force` (K, n_in) along `into` (n_in, r)."""
     omega, zeta, Q = modal
-    moved = (s[:, None] ** 2 / (s[:, None] ** 2 + 2 * zeta * omega * s[:, None] + omega**2)) * (force @ (into @ Q))
+    moved = modal_accelerances(omega, zeta, s) * (force @ (into @ Q))
     axis = np.asarray(record.out_rows) % 6
     made = []
     for turn in (1, 2):

@@ -23,6 +23,7 @@ __all__ = [
     "Lines",
     "amplitudes",
     "band_power",
+    "modal_accelerances",
     "noise_floor",
     "spectral_lines",
 ]
@@ -316,8 +317,13 @@ def _accelerances(
     omega, zeta, Q = modal
     outs = reduced.rows(record.out_rows, record.out_signs) @ Q
     (at,) = reduced.rows(record.in_rows, record.in_signs) @ Q
+    return np.asarray((at * modal_accelerances(omega, zeta, s)) @ outs.T)
+
+
+def modal_accelerances(omega: FloatArray, zeta: FloatArray, s: ComplexArray) -> ComplexArray:
+    """Acceleration (K, r) of each of the modes of omega and zeta (r,) by its modal force, at s (K,)."""
     s = s[:, None]
-    return np.asarray((at * s**2 / (s**2 + 2 * zeta * omega * s + omega**2)) @ outs.T)
+    return np.asarray(s**2 / (s**2 + 2 * zeta * omega * s + omega**2))
 
 
 def _made(

@@ -230,10 +230,10 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
         # the parameters are updated with a force that was turned where it is
         before = "nominal" if acts_where_recorded(findings[0]) else "parameters"
         return f"{sentence(misplaced)}{_gain(result, before, 'final')}."
-    gain = _gain(result, "parameters", "final")
+    errors = error_gain(result, "parameters", "final")
+    gain = "" if errors is None else _gain_text(errors)
     if any(map(_rests_on_priors, findings)):
-        unseen = error_gain(result, "parameters", "final")
-        gain = f"{BY_PRIORS}{gain if unseen is not None and unseen.which == UNSEEN else ''}"
+        gain = f"{BY_PRIORS}{gain if errors is not None and errors.which == UNSEEN else ''}"
     lead = "Most likely missing" if any(map(is_tentative, findings)) else "Missing"
     if any(map(_or_rather, findings)):
         lead = "Possibly missing"

@@ -19,6 +19,7 @@ __all__ = [
     "as_drawn",
     "bends",
     "clearly_missing",
+    "explains_alone",
     "share_taken",
     "stands_out",
     "worth_its_price",
@@ -38,10 +39,13 @@ def accepted(found: Diagnosis, best: Ranked) -> bool:
     chosen = fall(found.null_chosen.chosen, best.candidate.chosen)
     # what the model can do by itself only far outside its priors is as much missing as what it cannot do
     relieved = found.null_chosen.prior - best.candidate.prior
-    # a model that explains the recordings as they are lacks nothing that they could show
-    enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
-    won = settings.wins(gain, -np.inf if enough else chosen, relieved)
+    won = settings.wins(gain, -np.inf if explains_alone(found) else chosen, relieved)
     return bool(won and share_taken(found, best) >= needed_share(found.null_chosen.chosen, settings))
+
+
+def explains_alone(found: Diagnosis) -> bool:
+    """Whether the updated model explains the recordings as they are, so that it lacks nothing that they could show."""
+    return max(found.null.score, found.null_chosen.chosen) <= found.settings.consistent
 
 
 def adequate(found: Diagnosis, best: Ranked) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femend.diagnose.deciding.accepted import explains_alone
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.numerals import listed, plain
 
@@ -16,10 +17,8 @@ FAR, NAMED = 3.0, 3
 def rests_on_priors(found: Diagnosis) -> str:
     """What the updated model would have to be like for the recordings to lack nothing, where they do not tell a law
     that was found from that; nothing where they do, or where no law was found."""
-    law, null = found.best, found.null
-    if law is None or found.verdict != "missing-physics":
-        return ""
-    if max(null.score, found.null_chosen.chosen) > found.settings.consistent:
+    null = found.null
+    if found.best is None or found.verdict != "missing-physics" or not explains_alone(found):
         return ""
     reduced = null.hypothesis.reduced
     mean, sd = found.problem.prior(reduced)

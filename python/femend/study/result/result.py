@@ -58,6 +58,7 @@ def result_of(
     sensors were left out and what others may be off by, on what laws were chosen if there was but one recording, which
     predictions hang on little, what the recorder did not filter, and what the excitation cannot tell.
     """
+    by_priors = rests_on_priors(diagnosis)
     warnings = [
         *warnings,
         *_drive(diagnosis),
@@ -65,7 +66,7 @@ def result_of(
         *_mesh(diagnosis),
         *_left_out(diagnosis),
         *loud_sensors(diagnosis),
-        *filter(None, [rests_on_priors(diagnosis)]),
+        *filter(None, [by_priors]),
         *_deck_alone(diagnosis),
         *sensors_off(diagnosis, predictions),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
@@ -81,7 +82,7 @@ def result_of(
         _note_outside(fit, predictions, diagnosis.problem.band)
     fit = _told_in_band(fit, predictions, diagnosis.problem.band)
     found, verdict = findings(diagnosis), diagnosis.verdict
-    if rests_on_priors(diagnosis):
+    if by_priors:
         found = [{**one, "rests_on": "priors"} for one in found]
     turned = turned_force(diagnosis, records)
     if turned is not None:
