@@ -19,7 +19,7 @@ __all__ = ["Shape", "linear_sizes", "nearby", "shapes"]
 
 # in units of the largest motion; of a stiff stop that peaks alone reach, hardly less than that, of a play that every
 # resonance of a sweep goes through, far less
-_GAP = (0.03, 0.06, 0.1, 0.17, 0.25, 0.35, 0.45, 0.7, 0.9)
+_GAP = (0.03, 0.1, 0.25, 0.45, 0.7, 0.9)
 # gaps and slips between two of these, in units of the lower one
 _BETWEEN = (0.75, 0.87, 1.15, 1.3)
 _SLIP = (0.03, 0.1, 0.25, 0.5)
@@ -38,7 +38,7 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], spe
     >>> from femend.physics import physics
     >>> grid = shapes(physics("clearance"), amplitude=1.0, band=(10, 100))
     >>> [shape.terms[0]["gap"] for shape in grid][:4]
-    [0.03, 0.06, 0.1, 0.17]
+    [0.03, 0.1, 0.25, 0.45]
     """
     if not (amplitude > 0 and 0 < band[0] < band[1]):
         raise ValueError(
