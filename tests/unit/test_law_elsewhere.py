@@ -145,7 +145,7 @@ def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.Mon
     tell = SimpleNamespace(advance=None, start=lambda *given: None)
     task: Any = SimpleNamespace(start=start, settings=Settings(), given=None, located=[], places=[], tell=tell,
                                 so_far=SimpleNamespace(ranked=[]))  # fmt: skip
-    alone: Any = SimpleNamespace(score=100.0)
+    alone: Any = SimpleNamespace(score=100.0, candidate=SimpleNamespace(chosen=100.0))
     diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
     assert asked == [["first"], ["more"], ["kind"], ["direction"], ["other"], ["member"]]
     # where enough is explained, it is asked all the same
