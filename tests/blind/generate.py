@@ -59,6 +59,7 @@ def arguments() -> argparse.Namespace:
     ap.add_argument(
         "--across", type=float, default=0.0, help="what sensors pick up of motion across them (standard deviation)"
     )
+    ap.add_argument("--long", type=float, default=1.0, help="how many times as long fitted recordings are as usual")
     ap.add_argument(
         "--reach", type=float, default=1.0, help="how many times as far as the deck's mesh follows the forces reach"
     )
@@ -86,7 +87,7 @@ def main() -> None:
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
         label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family, a.unmeasured)
         options = case.Options(
-            a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered, a.across, a.gain, a.reach, a.frf
+            a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered, a.across, a.gain, a.reach, a.long, a.frf
         )
         tasks.append((a.out, a.seed, i, family, label, options))
     a.out.mkdir(parents=True, exist_ok=True)

@@ -302,7 +302,8 @@ class Problem:
         if kept is None:
             known = self.n_tuned or any(r.frf is not None for r in self.records)
             modal = self._as_drawn(reduced) if known else None
-            made = [spectral_lines(r, reduced, self.band, sigma, self.limit, modal, self.n_tuned) for r in self.records]
+            told = (self.band, sigma, self.limit, modal, self.n_tuned, self.zeta)
+            made = [spectral_lines(r, reduced, *told) for r in self.records]
             kept = self._lines[key] = (reduced, made)
         return kept[1]
 

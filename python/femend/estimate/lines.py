@@ -14,6 +14,7 @@ from femend.data.bands import within_band
 from femend.estimate.cut_off import cut_off, static_part
 from femend.estimate.damped_frf import damped
 from femend.estimate.frf import MODEL_ALLOWANCE, FrfLines
+from femend.estimate.line_spacing import spaced
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, Across, PickedUp
 from femend.estimate.power import holds_power, may_be_noise, smoothed
 from femend.model import ReducedModel
@@ -229,32 +230,30 @@ def spectral_lines(
     limit: int | None = None,
     modal: tuple[FloatArray, FloatArray, FloatArray] | None = None,
     n_tuned: int = 0,
+    zeta: float = 0.0,
 ) -> Lines:
     """Lines of a record in a band (Hz), exponentially windowed with decay `sigma` (1/s).
 
     The window moves the lines to s = sigma + i omega, which is the same as damping added to model and structure alike;
     lines closer than the added bandwidth are thinned and count for those left out. With `limit` at most about that many
     lines are taken: of each group of neighbours the one with the largest force, or response where no force was
-    recorded. FRFs have no window on an uneven axis.
+    recorded. FRFs have no window on an uneven axis. Of lines that are much closer than resonances of the damping ratio
+    `zeta` are wide one is taken (`spaced`).
 
     `modal` are modes of a model that is about right (omega and zeta (r,), modes (r, r) in the basis): damped lines of
     an FRF are told from those of it, and with it the answers of modes far above the band are those to a
     force that was cut off at the record's end (`cut_off`), of which `n_tuned` modes and more have free decays.
     """
     if record.frf is not None:
-        return _of_frf(record, record.frf, reduced, band, sigma, limit, modal)
+        return _of_frf(record, record.frf, reduced, band, sigma, limit, modal, zeta)
     first = _first(record, sigma)
     u, y = record.u[:, first:], record.y[:, first:]
     n = u.shape[1]
     window = np.exp(-sigma * record.dt * np.arange(n))
     freq = np.asarray(np.fft.rfftfreq(n, record.dt), dtype=np.float64)
-    step = max(1, int(round(sigma / (2 * np.pi) / freq[1] / 2)))
-    index = np.flatnonzero(within_band(freq, band))
     Ufull, Yfull = np.fft.rfft(u * window, axis=1), np.fft.rfft(y * window, axis=1)
-    if limit is not None:
-        step = max(step, -(-len(index) // limit))
     shown = Ufull if record.driven else Yfull / record.noise[:, None]
-    index = _thinned(index, (np.abs(shown) ** 2).sum(axis=0), step)
+    index, step, each = _chosen(freq, band, (np.abs(shown) ** 2).sum(axis=0), (sigma, zeta, limit))
     U = Ufull[:, index].T
     allowed = MODEL_ALLOWANCE**2 + (record.force_in_doubt(freq) if record.driven else 0.0)
     variance = record.noise[:, None] ** 2 * float((window**2).sum()) + allowed * smoothed(np.abs(Yfull) ** 2)
@@ -265,12 +264,12 @@ def spectral_lines(
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
     chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
     if modal is None or n_tuned == 0 or not record.driven or sigma > _core.closing_sigma(n * record.dt):
-        return _made(record, reduced, sigma, chosen, n, step, across)
+        return _made(record, reduced, sigma, chosen, n, (step, each), across)
     s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
     second = np.fft.rfft(record.second[:, first:] * window, axis=1)[:, index].T
     rows = reduced.rows(record.out_rows, record.out_signs), reduced.rows(record.in_rows, record.in_signs)
     beside = cut_off(s, np.asarray(second / s[:, None] ** 2 - U), modal, rows, n_tuned, record.driven_to)
-    return _made(record, reduced, sigma, chosen, n, step, across, np.ascontiguousarray(beside))
+    return _made(record, reduced, sigma, chosen, n, (step, each), across, np.ascontiguousarray(beside))
 
 
 def _of_frf(
@@ -281,6 +280,7 @@ def _of_frf(
     sigma: float,
     limit: int | None,
     modal: tuple[FloatArray, FloatArray, FloatArray] | None,
+    zeta: float,
 ) -> Lines:
     """Lines of an FRF; of each group of neighbours the one with the strongest response over its noise. Damped ones are
     told from those of a model of the modes `modal`."""
@@ -289,12 +289,9 @@ def _of_frf(
     H, variance = frf.H, frf.noise**2
     if sigma > 0:
         H, variance = damped(frf, sigma, partial(_accelerances, record, reduced, modal))
-    index = np.asarray(np.flatnonzero(within_band(frf.freq, band)), dtype=np.int64)
-    step = max(1, int(round(sigma / (2 * np.pi) / frf.step / 2))) if sigma > 0 else 1
-    if limit is not None:
-        step = max(step, -(-len(index) // limit))
     variance = variance + frf.allowance**2 * smoothed((np.abs(H) ** 2).T).T
-    index = _thinned(index, (np.abs(H) ** 2 / variance).sum(axis=1), step)
+    shown = (np.abs(H) ** 2 / variance).sum(axis=1)
+    index, step, each = _chosen(frf.freq, band, shown, (sigma, zeta, limit))
     across = None
     if record.across is not None and sigma == 0:
         spectra = np.asarray(record.across, dtype=np.complex128)
@@ -302,7 +299,8 @@ def _of_frf(
         variance = raised.T
     weight = np.ascontiguousarray(1 / np.sqrt(variance[index]))
     ones = np.ones((len(index), 1), dtype=complex)
-    return _made(record, reduced, sigma, (frf.freq[index], index, ones, H[index], weight), record.n, step, across)
+    chosen = (frf.freq[index], index, ones, H[index], weight)
+    return _made(record, reduced, sigma, chosen, record.n, (step, each), across)
 
 
 def _accelerances(
@@ -332,13 +330,15 @@ def _made(
     sigma: float,
     chosen: tuple[FloatArray, NDArray[np.int64], ComplexArray, ComplexArray, FloatArray],
     n: int,
-    step: int,
+    stands_for: tuple[int, float],
     across: Across | None = None,
     beside: ComplexArray | None = None,
 ) -> Lines:
-    """The lines with the core's object from chosen (freq, index, U, Y, weight), each standing for `step` lines;
-    `across` is what sensors may pick up, `beside` (K, n_out) what the record's end cuts off."""
+    """The lines with the core's object from chosen (freq, index, U, Y, weight), each of which counts as so many and is
+    one of so many recorded (`stands_for`, as from `_chosen`); `across` is what sensors may pick up, `beside` (K, n_out)
+    what the record's end cuts off."""
     freq, index, U, Y, weight = chosen
+    step, each = stands_for
     picked_up = None if across is None else PickedUp.of(across, weight, TEMPERING * step)
     core = _core.RecordLines(
         np.asarray(sigma + 2j * np.pi * freq, dtype=np.complex128),
@@ -350,13 +350,29 @@ def _made(
         record.dt,
         sigma,
         n,
-        float(step),
-        TEMPERING,
+        each,
+        TEMPERING * step / each,
         beside,
         None if across is None else (across.sensor.tolist(), across.motion, ACROSS_SD),
         record.driven_to,
     )
     return Lines(record, sigma, freq, index, U, Y, weight, TEMPERING * step, core, picked_up)
+
+
+def _chosen(
+    freq: FloatArray, band: tuple[float, float], power: FloatArray, how: tuple[float, float, int | None]
+) -> tuple[NDArray[np.int64], int, float]:
+    """Which lines of an axis `freq` (Hz) in a band are taken, by their `power`, with how many that tell something each
+    counts as, and of how many recorded ones each is one. `how` are the window's decay, the damping ratio that gives
+    resonances their width, and about how many lines are taken at most."""
+    sigma, zeta, limit = how
+    inside = np.asarray(np.flatnonzero(within_band(freq, band)), dtype=np.int64)
+    index = spaced(inside, freq, power, zeta)
+    closer = len(inside) / max(len(index), 1)
+    step = max(1, int(round(sigma / (2 * np.pi) / (freq[1] - freq[0]) / closer / 2))) if sigma > 0 else 1
+    if limit is not None:
+        step = max(step, -(-len(index) // limit))
+    return _thinned(index, power, step), step, step * closer
 
 
 def _thinned(index: NDArray[np.int64], power: FloatArray, step: int) -> NDArray[np.int64]:

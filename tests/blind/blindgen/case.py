@@ -30,8 +30,8 @@ class Options:
     """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, what an
     update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), whether
     the recorder filters before it samples, what sensors pick up of motion across them, how far the calibration of
-    sensors and force is off (standard deviations), how many times as far as the band the forces reach, and whether
-    FRFs are what an update may use."""
+    sensors and force is off (standard deviations), how many times as far as the band the forces reach, how many times
+    as long as usual recordings that are fitted are, and whether FRFs are what an update may use."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
@@ -41,6 +41,7 @@ class Options:
     across: float = 0.0
     gain: float = 0.0
     reach: float = 1.0
+    long: float = 1.0
     frf: bool = False
 
 
@@ -52,12 +53,13 @@ def make(
     beyond: float = BEYOND,
     excitation: str = "",
     reach: float = 1.0,
+    long: float = 1.0,
 ) -> tuple[Test, list[Drawn]]:
     """Test and effects for a label such as "clearance", "none:exact", "outside:wedge" or "two:added_mass+clearance"."""
     kind = label.split(":")[1] if label.startswith("none") else ""
     for _ in range(40):
         try:
-            test = draw_test(rng, family, kind, noise, excitation, reach)
+            test = draw_test(rng, family, kind, noise, excitation, reach, long)
             return test, [] if label.startswith("none") else draw_effects(rng, test, label, beyond)
         except Unsuitable:
             continue
@@ -75,7 +77,7 @@ def write_case(
     """Make and write one case; returns its truth."""
     rng = np.random.default_rng([seed, index])
     noise = float(np.exp(rng.uniform(*np.log(options.noise))))
-    test, drawn = make(rng, family, label, noise, options.beyond, options.excitation, options.reach)
+    test, drawn = make(rng, family, label, noise, options.beyond, options.excitation, options.reach, options.long)
     # drawn apart, so that the case is otherwise the same without it
     test.across = draw_across(np.random.default_rng([seed, index, 79]), test, options.across)
     test.gains = draw_gains(np.random.default_rng([seed, index, 80]), test, options.gain)

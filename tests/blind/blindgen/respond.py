@@ -12,7 +12,7 @@ from .effects import Effect, Place, Scene, Unsuitable
 from .excite import Force
 from .integrate import Law, Modal, simulate
 from .laws import SPRING, pack
-from .setting import SECONDS, Test
+from .setting import Test
 from .truth import Built, Change, build, modal
 
 Parts = tuple[tuple[Effect, float], ...]  # the effects in the truth with their strengths
@@ -86,7 +86,7 @@ def record(
     test: Test, parts: Parts, name: str, m: Modal | None = None, coarser: int = 1, filtered: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Clean accelerations (sensors, samples) as the recorder gives them, and the laws' traces for one recording."""
-    n = int(test.rate * SECONDS[name])
+    n = int(test.rate * test.seconds(name))
     acc, trace = moved(test, parts, test.forces[name], n, m or modal_of(test, parts), coarser)
     return sampled(acc, n, filtered), trace[..., : FINER * n : FINER]
 

@@ -18,13 +18,15 @@ from .truth import Built, Damping, Real, build, nominal
 
 LEVELS = {"low": 1.5, "mid": 4.5, "high": 10.0, "sweep": 5.0, "random": 7.0}
 SECONDS = {"low": 6.0, "mid": 6.0, "high": 6.0, "sweep": 6.0, "random": 4.0}
+FITTED = ("low", "mid", "high")
 
 
 @dataclass
 class Test:
     """The virtual test: structure, truth without effect, its damping, shaker, sensors, rate, band, forces and noise (of
     each channel's RMS); `across` is what each sensor picks up of motion in another axis, by place and axis, `gains`
-    what the channels show of what they measure, the force first.
+    what the channels show of what they measure, the force first. Recordings that are fitted are `long` times as long as
+    they usually are.
     """
 
     s: Structure
@@ -41,6 +43,16 @@ class Test:
     noise: float
     across: dict[tuple[tuple[int, int], int], float] = field(default_factory=dict)
     gains: np.ndarray | None = None
+    long: float = 1.0
+
+    def seconds(self, name: str) -> float:
+        """Length of a recording."""
+        return seconds(name, self.long)
+
+
+def seconds(name: str, long: float) -> float:
+    """Length of a recording where those that are fitted are `long` times as long as usual."""
+    return SECONDS[name] * (long if name in FITTED else 1.0)
 
 
 def draw_real(rng: np.random.Generator, s: Structure, kind: str) -> Real:
@@ -108,25 +120,25 @@ def choose_band(rng: np.random.Generator, s: Structure) -> tuple[float, tuple[fl
 
 
 def draw_forces(
-    rng: np.random.Generator, band: tuple[float, float], rate: float, wanted: str = ""
+    rng: np.random.Generator, band: tuple[float, float], rate: float, wanted: str = "", long: float = 1.0
 ) -> tuple[str, dict[str, Force]]:
     """Five forces; fit recordings are all multisines or all random, with fresh phases in each, or of the kind
-    `wanted`."""
+    `wanted`; `long` times as long as usual."""
     kind = str(rng.choice(["multisine", "random"]))
     kind = wanted or kind
     lines = excite.odd_lines(rng, band)
     made: dict[str, Callable[[], Force]] = {
         "multisine": lambda: excite.multisine(rng, lines),
-        "random": lambda: excite.noise(rng, band, rate, 6.0),
-        "burst": lambda: excite.burst(rng, band, rate, 6.0),
-        "sweep": lambda: excite.chirp(rng, band, 6.0),
-        "hammer": lambda: excite.hammer(rng, band, 6.0),
+        "random": lambda: excite.noise(rng, band, rate, 6.0 * long),
+        "burst": lambda: excite.burst(rng, band, rate, 6.0 * long),
+        "sweep": lambda: excite.chirp(rng, band, 6.0 * long),
+        "hammer": lambda: excite.hammer(rng, band, 6.0 * long),
     }
     out = {name: made[kind]() for name in ("low", "mid", "high")}
     f0 = band[0] * rng.uniform(1.1, 1.4)
     out["sweep"] = Force(sweep=(f0, max(band[1] * rng.uniform(0.45, 0.7), 3 * f0), 6.0))
     out["random"] = excite.noise(rng, (0.9 * band[0], band[1]), rate, 4.0)
-    return kind, {k: excite.scaled(f, LEVELS[k], rate, SECONDS[k]) for k, f in out.items()}
+    return kind, {k: excite.scaled(f, LEVELS[k], rate, seconds(k, long)) for k, f in out.items()}
 
 
 def draw_across(rng: np.random.Generator, test: Test, sd: float) -> dict[tuple[tuple[int, int], int], float]:
@@ -141,9 +153,16 @@ def draw_gains(rng: np.random.Generator, test: Test, sd: float) -> np.ndarray | 
 
 
 def draw_test(
-    rng: np.random.Generator, family: str, kind: str, noise: float, excitation: str = "", reach: float = 1.0
+    rng: np.random.Generator,
+    family: str,
+    kind: str,
+    noise: float,
+    excitation: str = "",
+    reach: float = 1.0,
+    long: float = 1.0,
 ) -> Test:
-    """Everything but the effect; the forces reach `reach` times as far as the band, to 0.45 of the rate at most."""
+    """Everything but the effect; the forces reach `reach` times as far as the band, to 0.45 of the rate at most;
+    fit recordings are `long` times as long as usual."""
     s = (FAMILIES | ALONE)[family](rng)
     real = draw_real(rng, s, kind)
     plain = build(s, real)
@@ -153,7 +172,9 @@ def draw_test(
     places = [(n, c) for n in s.free for c in s.axes]
     drive = places[int(rng.integers(len(places)))]
     some = [places[i] for i in rng.choice(len(places), min(s.n_sensors, len(places)), replace=False)]
-    kind_of, forces = draw_forces(rng, (band[0], max(band[1], min(reach * band[1], 0.45 * rate))), rate, excitation)
+    kind_of, forces = draw_forces(
+        rng, (band[0], max(band[1], min(reach * band[1], 0.45 * rate))), rate, excitation, long
+    )
     names = {name: i for i, name in enumerate(plain.names)}
     return Test(
         s,
@@ -168,4 +189,5 @@ def draw_test(
         kind_of,
         w / (2 * np.pi),
         noise,
+        long=long,
     )

@@ -14,7 +14,7 @@ import numpy as np
 from . import fe
 from .integrate import Modal, simulate
 from .respond import shapes
-from .setting import SECONDS, Test
+from .setting import Test
 from .truth import build
 
 MODULUS, MEMBER, LUMP, FREQUENCY, DAMPING = 0.10, 0.01, 0.015, 0.005, 0.5  # prior deviations of logarithms
@@ -79,7 +79,7 @@ class Update:
         """Modal accelerations (r, samples) of the high recording."""
         r, rate = len(w), self.test.rate
         m = Modal(w, zeta, load, np.eye(r), np.zeros((0, r)), np.zeros((r, 1)))
-        return simulate(m, [], [self.test.forces["high"]], rate, int(rate * SECONDS["high"]), 4)[0]
+        return simulate(m, [], [self.test.forces["high"]], rate, int(rate * self.test.seconds("high")), 4)[0]
 
     def response(self, theta: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         """High recording (raveled) at theta, and the state it was made of with the modal accelerations."""
