@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from femend.diagnose.fitting.candidates import Start
-from femend.diagnose.fitting.closed_loop import ClosedLoop
+from femend.diagnose.fitting.closed_loop import ClosedLoop, History, squares
 from femend.diagnose.fitting.descent import Descent, Reached
 from femend.diagnose.fitting.linearised import linearised_columns
 from femend.diagnose.locating.joint import open_joint
@@ -160,6 +161,48 @@ def test_derivatives_whose_squares_are_beyond_numbers_end_the_descent_where_it_i
     assert reached is not None
     assert reached.H is None
     np.testing.assert_array_equal(reached.z, start)
+
+
+class _Steep(_Valley):
+    """The valley with derivatives over one residual whose squares numbers hold, but not many times these."""
+
+    def jacobian(self, now: Reached, exactly: bool = False) -> Array:
+        return np.diag([1e148, 1.0]) @ super().jacobian(now)
+
+
+class _Walled(_Valley):
+    """The valley with residuals beyond `start` that numbers hold, but not their squares."""
+
+    def at(self, *points: Array) -> list[Reached]:
+        far = [np.full(2, 1e200) if there.z[0] != -1.2 else there.e for there in super().at(*points)]
+        return [Reached(z, e, [], self.cost(z, e)) for z, e in zip(points, far, strict=True)]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kind", [_Torn, _Steep, _Walled])
+def test_what_is_beyond_numbers_is_refused_without_a_warning(tmp_path: Path, kind: type[_Valley]) -> None:
+    loop, _ = _loop(tmp_path, "cubic_stiffness", {"k3": 1.0}, 0.0)
+    start = np.array([-1.2, 1.44])
+    reached = kind(loop, np.zeros(2), np.full(2, 1e3), 0, True).run(start, 40, thorough=True)
+    assert reached is not None
+    np.testing.assert_array_equal(reached.z, start)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [1.0, 1e160, 1e305])
+def test_motion_beyond_numbers_leaves_infinite_squares(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: float
+) -> None:
+    loop, x = _loop(tmp_path, "cubic_stiffness", {"k3": 1.0}, 0.0)
+    p = loop.problem.prior(loop.joint.reduced)[0]
+    simulated = ClosedLoop._simulated
+
+    def grown(*given: Any) -> list[list[History]]:
+        return [[replace(h, y=size * h.y) for h in records] for records in simulated(*given)]
+
+    monkeypatch.setattr(ClosedLoop, "_simulated", grown)
+    (e,), _ = loop.residuals([(p, x)])
+    assert np.isfinite(squares(e)) == (size == 1.0)
 
 
 def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.data.bands import within_band
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.fitting.candidates import Candidate
-from femend.diagnose.fitting.closed_loop import Loop
+from femend.diagnose.fitting.closed_loop import Loop, squares
 from femend.diagnose.fitting.nonlinear import loop_of_candidate
 from femend.diagnose.fitting.terms import Terms
 from femend.errors import ModelError
@@ -74,7 +74,9 @@ def as_good(found: Diagnosis) -> AsGood | None:
     drawn = _drawn(z, covariance)
     tried = [z, *(z + near * (one - z) for one in drawn for near in NEARER)]
     points = [(at[: len(p)], at[len(p) :]) for at in tried]
-    least, *left = (float(e @ e) / loop.size() for e in loop.residuals(points)[0])
+    least, *left = (squares(e) / loop.size() for e in loop.residuals(points)[0])
+    if not np.isfinite(least):
+        return None
     enough = AS_WELL * max(least, 1.0)
     first = [next((i for i, v in enumerate(some) if v <= enough), None) for some in np.split(np.array(left), DRAWS)]
     kept = [points[1 + n * len(NEARER) + i] for n, i in enumerate(first) if i is not None]

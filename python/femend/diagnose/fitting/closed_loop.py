@@ -35,6 +35,7 @@ __all__ = [
     "companion_prior",
     "linear_spec",
     "loop_of",
+    "squares",
     "upsampled",
 ]
 
@@ -232,7 +233,8 @@ class Loop(ABC):
     def residuals(
         self, points: Sequence[tuple[FloatArray, FloatArray]]
     ) -> tuple[list[FloatArray], list[list[History]]]:
-        """Weighted residual and histories at each of `points`; NaN and none where a simulation failed."""
+        """Weighted residual and histories at each of `points`; NaN and none where a simulation failed. Motion that goes
+        beyond what numbers hold leaves a residual that is not finite, whose `squares` nobody takes."""
         modal = {p.tobytes(): self._modes(p) for p, _ in points}
         possible = [
             (i, x, modes)
@@ -241,9 +243,10 @@ class Loop(ABC):
         ]
         out = [np.full(2 * self.size(), np.nan) for _ in points]
         kept: list[list[History]] = [[] for _ in points]
-        simulated = self._simulated([m for *_, m in possible], [x for _, x, _ in possible]) if possible else []
-        for (i, *_), histories in zip(possible, simulated, strict=True):
-            out[i], kept[i] = self.residual_of(histories), histories
+        with np.errstate(over="ignore", invalid="ignore"):
+            simulated = self._simulated([m for *_, m in possible], [x for _, x, _ in possible]) if possible else []
+            for (i, *_), histories in zip(possible, simulated, strict=True):
+                out[i], kept[i] = self.residual_of(histories), histories
         return out, kept
 
     def _exists(self, x: FloatArray) -> bool:
@@ -269,6 +272,17 @@ class Loop(ABC):
     def at(self, sigma: float) -> Self:
         """The same with another window."""
         return replace(self, sigma=sigma)
+
+
+def squares(e: FloatArray) -> float:
+    """Sum of squares of a residual `e` (n,); infinite where it, or its squares, are beyond what numbers hold.
+
+    >>> squares(np.array([3.0, 4.0])), squares(np.array([1.0, np.nan])), squares(np.array([1e200]))
+    (25.0, inf, inf)
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = float(e @ e)
+    return value if np.isfinite(value) else np.inf
 
 
 def linear_spec(k: float = 0.0, c: float = 0.0) -> LawSpec:

@@ -16,7 +16,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.fitting.closed_loop import History, Loop, Modal
+from femend.diagnose.fitting.closed_loop import History, Loop, Modal, squares
 from femend.diagnose.fitting.linearised import linearised_columns
 from femend.diagnose.fitting.tangents import tangent_columns
 from femend.errors import ModelError
@@ -91,10 +91,10 @@ class Descent(Generic[L]):
 
     def cost(self, z: FloatArray, e: FloatArray) -> float:
         """Prior of the unknowns `z` plus tempered squares of the residual `e`."""
-        prior = float((((z - self.mean) / self.sd) ** 2).sum())
-        value = prior + TEMPERING * float(e @ e)
+        value = float((((z - self.mean) / self.sd) ** 2).sum()) + TEMPERING * squares(e)
         return value if np.isfinite(value) else np.inf
 
+    @np.errstate(over="ignore", invalid="ignore")  # what is beyond numbers is refused: costs, derivatives, steps
     def run(self, z: FloatArray, iterations: int, thorough: bool = False) -> Reached | None:
         """The end of the descent from z; None where the start cannot be simulated. With `thorough`, it goes on with
         exact derivatives alone from where linearised ones lead no further down."""
@@ -111,7 +111,7 @@ class Descent(Generic[L]):
                     break
                 J, carried, made = self.jacobian(now, exactly), False, made + 1
             H, g = self._normal(now, J)
-            if not np.isfinite(H).all():
+            if not (np.isfinite(H).all() and np.isfinite(g).all()):
                 break  # the motion there depends on the unknowns beyond what numbers can hold
             now = replace(now, H=H)
             reached = self._tried(now, J, H, g, damping)
@@ -144,9 +144,7 @@ class Descent(Generic[L]):
 
     def _normal(self, now: Reached, J: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gauss-Newton matrix and gradient of half the cost over what is free, with derivatives J of the residual."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            squares = J.T @ J
-        H = TEMPERING * squares + np.diag(1 / self.sd[self.free] ** 2)
+        H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
         return H, TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
 
     def _carried(self, J: FloatArray, before: Reached, now: Reached) -> FloatArray:
@@ -226,7 +224,10 @@ def _foreseen(step: FloatArray, H: FloatArray, g: FloatArray) -> float:
 
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
     """x of A x = b for a positive definite A (n, n), in units in which its diagonal is one: a motion that hangs on one
-    unknown without measure leaves nothing of the others' priors otherwise. The shortest where rounding leaves many."""
+    unknown without measure leaves nothing of the others' priors otherwise. The shortest where rounding leaves many, and
+    NaN, from which nothing is foreseen, where A is beyond what numbers hold."""
+    if not np.isfinite(A).all():
+        return np.full(len(b), np.nan)
     size = np.sqrt(np.diag(A))
     scaled, right = A / np.outer(size, size), b / size
     try:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.fitting.candidates import Candidate, Start, standard_deviations
-from femend.diagnose.fitting.closed_loop import COARSE, FINE, ClosedLoop, History, loop_of
+from femend.diagnose.fitting.closed_loop import COARSE, FINE, ClosedLoop, History, loop_of, squares
 from femend.diagnose.fitting.descent import Descent, Reached
 from femend.diagnose.fitting.motion import motion
 from femend.diagnose.fitting.pace import OUTDONE_SOON, Pace
@@ -330,8 +330,7 @@ def judge_nonlinear(choosing: Problem, candidate: Candidate, sigma: float | None
     loop = loop_of_candidate(choosing, candidate)
     loop = loop if sigma is None else loop.at(sigma)
     (e,), _ = loop.residuals([(candidate.p, candidate.x)])
-    value = float(e @ e) / loop.size()
-    return replace(candidate, chosen=value if np.isfinite(value) else np.inf)
+    return replace(candidate, chosen=squares(e) / loop.size())
 
 
 def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JOINT) -> Candidate:
@@ -383,8 +382,7 @@ def cost_of(problem: Problem, candidate: Candidate) -> float:
     """Tempered squares that a candidate leaves, with the prior of the model's unknowns; infinite where it cannot be
     simulated."""
     (e,), _ = loop_of_candidate(problem, candidate).residuals([(candidate.p, candidate.x)])
-    value = TEMPERING * float(e @ e) + candidate.prior
-    return value if np.isfinite(value) else np.inf
+    return TEMPERING * squares(e) + candidate.prior
 
 
 def candidate_motion(problem: Problem, candidate: Candidate, record: FitRecord, order: int = 2) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.fitting.candidates import Candidate, Start, standard_deviations
-from femend.diagnose.fitting.closed_loop import COARSE, FINE, ClosedLoop, LawSpec, linear_spec, loop_of
+from femend.diagnose.fitting.closed_loop import COARSE, FINE, ClosedLoop, LawSpec, linear_spec, loop_of, squares
 from femend.diagnose.fitting.descent import Descent
 from femend.diagnose.fitting.known_force import Known
 from femend.diagnose.fitting.nonlinear import candidate_of, loop_of_candidate
@@ -73,8 +73,7 @@ def judge_synchronised(problem: Problem, candidate: Candidate, recovered: Recove
     those as it was in its fit; infinite where it cannot be simulated."""
     base = loop_of_candidate(problem, candidate)
     (e,), _ = _held(base, problem, recovered, HELD[-1]).residuals([(candidate.p, candidate.x)])
-    value = float(e @ e) / base.size()
-    return value if np.isfinite(value) else np.inf
+    return squares(e) / base.size()
 
 
 def _held(base: ClosedLoop, problem: Problem, recovered: Recovered, share: float) -> _HeldLoop:

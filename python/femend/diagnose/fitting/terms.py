@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.fitting.candidates import Candidate, standard_deviations
-from femend.diagnose.fitting.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion_prior
+from femend.diagnose.fitting.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion_prior, squares
 from femend.diagnose.fitting.descent import Descent
 from femend.diagnose.fitting.known_force import rows_of
 from femend.diagnose.fitting.motion import motion
@@ -278,8 +278,8 @@ def _run(loop: TermsLoop, x: FloatArray, z: FloatArray, steps: int) -> _End | No
 
 
 def _left(loop: TermsLoop, e: FloatArray) -> float:
-    """Mean weighted square of a residual."""
-    return float(e @ e) / loop.size()
+    """Mean weighted square of a residual, infinite where it is not finite."""
+    return squares(e) / loop.size()
 
 
 def judge_terms(choosing: Problem, found: Terms) -> Terms:
@@ -289,8 +289,7 @@ def judge_terms(choosing: Problem, found: Terms) -> Terms:
         (seen,) = choosing.fit([loop.hypothesis(found.x)], [(found.p, found.x)], sigma=found.sigma, iterations=0)
         return replace(found, chosen=np.inf if seen is None else seen.score)
     (e,), _ = loop.residuals([(found.p, found.x)])
-    value = _left(loop, e)
-    return replace(found, chosen=value if np.isfinite(value) else np.inf)
+    return replace(found, chosen=_left(loop, e))
 
 
 def simulate_terms(problem: Problem, found: Terms, record: FitRecord, order: int = 2) -> FloatArray:
