@@ -12,6 +12,7 @@ from scipy.signal import firwin
 
 import small_study
 from femend import _core
+from femend.diagnose.fitting import nonlinear
 from femend.diagnose.fitting.candidates import Candidate
 from femend.diagnose.fitting.closed_loop import FINE, RECORDER, ClosedLoop, upsampled
 from femend.diagnose.fitting.nonlinear import as_recorded, candidate_motion, simulate_candidate
@@ -88,6 +89,21 @@ def test_the_recorder_is_told_by_what_it_recorded(tmp_path: Path, filters: bool)
     assert bool(other.recorder.warnings) is not filters
     # once it is known there is no second question
     assert filters or as_recorded(problem, found, 40.0, 1.5) is found
+
+
+def test_an_interrupted_question_leaves_the_recorder_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At its time limit a diagnosis writes what is settled, and that samples were picked without a filter is not."""
+    problem, candidate = _fitted(tmp_path, False)
+
+    def interrupted(*given: object) -> Candidate:
+        assert not problem.recorder.filters
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(nonlinear, "refit_nonlinear", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        as_recorded(problem, candidate, 40.0, 1.5)
+    assert problem.recorder.filters
+    assert not problem.recorder.warnings
 
 
 def test_a_simulation_shows_displacements_and_velocities_too(tmp_path: Path) -> None:

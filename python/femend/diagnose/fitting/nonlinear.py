@@ -364,18 +364,20 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
 def as_recorded(problem: Problem, candidate: Candidate, gain: float, enough: float) -> Candidate:
     """A candidate fitted to all records of the problem; fitted again where samples picked without a filter fit better
     by `gain` of the cost and leave a misfit of no more than `enough`, and the recorder is one without a filter from
-    then on. A law that leaves more lacks something else, which tells nothing of the recorder."""
+    then on; nothing is said of it where that is interrupted. A law that leaves more lacks something else, which tells
+    nothing of the recorder."""
     recorder = problem.recorder
     if not recorder.filters:
         return candidate
     filtered = cost_of(problem, candidate)
-    recorder.filters = False
-    if cost_of(problem, candidate) < filtered:
-        again = refit_nonlinear(problem, candidate)
-        if again.fitted <= enough and cost_of(problem, again) < filtered - max(gain, CLEARLY * filtered):
-            return again
-    recorder.filters = True
-    return candidate
+    recorder.filters, believed = False, False
+    try:
+        if cost_of(problem, candidate) < filtered:
+            again = refit_nonlinear(problem, candidate)
+            believed = again.fitted <= enough and cost_of(problem, again) < filtered - max(gain, CLEARLY * filtered)
+    finally:
+        recorder.filters = not believed
+    return again if believed else candidate
 
 
 def cost_of(problem: Problem, candidate: Candidate) -> float:
