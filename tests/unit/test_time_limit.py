@@ -10,6 +10,7 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -79,6 +80,26 @@ def test_a_time_that_is_too_short_is_an_error(study: Path, tmp_path: Path, monke
     done = CliRunner().invoke(main, ["diagnose", str(study), "--out", str(tmp_path / "out"), "--time-limit", "0.5"])
     assert done.exit_code == 2
     assert "give it more time" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("step", ["doubts_found", "corrections_of"])
+def test_a_time_that_ends_before_the_update_begins_is_kept_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    """Sensors that look mistaken are tried on updates of their own, which take as long as a diagnosis."""
+    recording = small_study.recording
+
+    def reversed_sensor(name: str, u: small_study.Array, y: small_study.Array | None) -> fe.TimeData:
+        return recording(name, u, y if y is None else np.where(np.arange(len(y)) == 1, -1.0, 1.0)[:, None] * y)
+
+    monkeypatch.setattr(small_study, "recording", reversed_sensor)
+    path = small_study.write_study(tmp_path, SPRING)
+    called = wait_in(monkeypatch, study_run, step)
+    with pytest.raises(TimeLimitError, match=r"was reached .* before the parameters were updated") as error:
+        fe.diagnose_study(path, tmp_path / "out", time_limit=5.0)
+    assert called
+    assert error.value.step in ("read the deck and the recordings", "try corrections")
     assert not (tmp_path / "out").exists()
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -105,7 +106,7 @@ def _diagnose(
         if unkept := _not_kept(info):
             raise StudyError(f"{'; '.join(unkept.values())}; leave out {' and '.join(unkept)}")
         return diagnose_staged(study, steps, info, progress, folder)
-    with steps.step("read the deck and the recordings"):
+    with _before_update(limit, steps), steps.step("read the deck and the recordings"):
         model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=_spc(study))
         model = with_free_dashpots(model)
         test = study.read_recordings()
@@ -122,7 +123,7 @@ def _diagnose(
         say(progress, text)
     right = Corrections(test)
     if doubts.of_recordings:
-        with steps.step("try corrections"):
+        with _before_update(limit, steps), steps.step("try corrections"):
             given = (test, doubts.of_recordings)
             right = (
                 left_out_unseen(*given) if unrecorded else corrections_of(model, pairing, study.damping_ratio, *given)
@@ -282,17 +283,33 @@ class _Task:
 
     def out_of_time(self) -> StudyRun:
         """What is settled when the time is over, written; TimeLimitError where nothing is."""
-        step, seconds = self.steps.now, self.limit.seconds
-        assert seconds is not None
-        why = f"the time limit of {seconds:g} s was reached"
-        run = self.settled(why)
+        step = self.steps.now
+        run = self.settled(self.limit.told)
         if run is None:
-            raise TimeLimitError(
-                f'{why} in the step "{step}", before the parameters were updated; no result was written: give it more '
-                "time",
-                seconds=seconds, step=step,
-            )  # fmt: skip
+            raise _too_short(self.limit, step)
         return run
+
+
+@contextmanager
+def _before_update(limit: TimeLimit, steps: Steps) -> Iterator[None]:
+    """For steps within a limit in which nothing is settled yet. Raises TimeLimitError where the time ends in them."""
+    try:
+        with limit:
+            yield
+    except KeyboardInterrupt:
+        if limit.reached:
+            raise _too_short(limit, steps.now) from None
+        raise
+
+
+def _too_short(limit: TimeLimit, step: str) -> TimeLimitError:
+    """The time was over in a `step` before anything was settled."""
+    assert limit.seconds is not None
+    return TimeLimitError(
+        f'{limit.told} in the step "{step}", before the parameters were updated; no result was written: give it more '
+        "time",
+        seconds=limit.seconds, step=step,
+    )  # fmt: skip
 
 
 def _of_structures(one: Doubted) -> bool:

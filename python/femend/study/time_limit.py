@@ -40,6 +40,11 @@ class TimeLimit:
         self._handler: Any = None
         self._open = False
 
+    @property
+    def told(self) -> str:
+        """That it was reached."""
+        return f"the time limit of {self.seconds:g} s was reached"
+
     def __enter__(self) -> TimeLimit:
         if self.seconds is not None:
             before = signal.signal(signal.SIGTERM, signal.default_int_handler)
