@@ -109,6 +109,29 @@ def test_one_failure_leaves_the_others_alone(tmp_path: Path) -> None:
     np.testing.assert_allclose(fine["y"], [1.8 * 3.3**3, 1.8 * 3.3])
 
 
+def test_a_point_that_is_asked_for_twice_at_once_is_run_once(tmp_path: Path) -> None:
+    """Both would work in one folder, which the first to end clears."""
+    own = system(tmp_path, "time.sleep(0.3)", workers=3)
+    found = own.solve_many([np.ones(2)] * 3)
+    assert own.n_runs == 1
+    for one in found:
+        assert not isinstance(one, ExternalSolverError)
+        np.testing.assert_allclose(one["y"], [2.0 * 3.0**3, 6.0])
+
+
+def test_what_a_failed_run_left_is_not_read_as_the_next_one_s(tmp_path: Path) -> None:
+    """The second run ends without an error and writes nothing, as solvers without a licence do."""
+    second = tmp_path / "second"
+    mode = f"import os\nif os.path.exists({str(second)!r}): sys.exit(0)\n"
+    mode += "json.dump([1.0, 1.0], open('out.json', 'w')); sys.exit(7)"
+    own = system(tmp_path / "runs", mode)
+    for reason in ("crashed", "unreadable"):
+        with pytest.raises(ExternalSolverError) as told:
+            own.solve(np.ones(2))
+        assert told.value.reason == reason
+        second.touch()
+
+
 def test_a_failure_on_one_side_leaves_a_derivative(tmp_path: Path) -> None:
     own = system(tmp_path, "if E > 2.0: sys.exit(3)")
     slopes = own.solve(np.ones(2)).slopes["y"]

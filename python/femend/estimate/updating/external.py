@@ -60,6 +60,7 @@ class ExternalSystem:
         self._root = Path(self.folder) if self.folder is not None else Path(tempfile.mkdtemp(prefix="femend-runs-"))
         self._root.mkdir(parents=True, exist_ok=True)
         self._lock = threading.Lock()
+        self._running: dict[Path, threading.Lock] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -85,12 +86,21 @@ class ExternalSystem:
         c = self.command
         text = repr((c.arguments, sorted(c.templates.items()), sorted(values.items()), *filter(None, [c.depends_on])))
         folder = self._root / hashlib.sha256(text.encode()).hexdigest()[:16]
+        with self._lock:
+            running = self._running.setdefault(folder, threading.Lock())
+        with running:  # whoever asks for the same point meanwhile waits for what this run gives
+            return self._kept_or_run(values, folder)
+
+    def _kept_or_run(self, values: Mapping[str, float], folder: Path) -> Results | ExternalSolverError:
+        """Results of the run in `folder`, which is made where none are kept there."""
         kept = folder / "results.npz"
         if kept.exists():
             with np.load(kept) as content:
                 return {name: content[name] for name in content.files}
         with self._lock:
             self.n_runs += 1
+        # what a run left that failed is not to be read as this one's
+        shutil.rmtree(folder, ignore_errors=True)
         try:
             found = self.command.run(values, folder)
         except ExternalSolverError as error:
