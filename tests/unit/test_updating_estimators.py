@@ -31,6 +31,7 @@ from femend.estimate.updating import (
     update,
     update_population,
 )
+from femend.estimate.updating.state import State
 from femend.numerals import plain
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -229,6 +230,19 @@ def test_a_system_that_configurations_share_is_solved_and_reduced_once() -> None
     solved.clear()
     other.states(np.array([1.0, 1.1, 1.0, 1.0]))
     assert len(solved) == 2
+
+
+def test_a_basis_that_could_not_be_checked_is_not_called_good() -> None:
+    def torn(factors: np.ndarray) -> State:
+        raise UpdatingError("torn")
+
+    problem = chain_problem(sd=0.5)
+    (c,) = problem.configurations
+    big = ModalSystem(chain(), np.eye(6), 5)
+    problem = replace(problem, configurations=(replace(c, system=big),))
+    assert reduced_problem(problem).error < 1e-3
+    big.solve = torn  # type: ignore[method-assign]
+    assert reduced_problem(problem).error == np.inf
 
 
 def test_many_starts_tell_of_minima_and_failures() -> None:

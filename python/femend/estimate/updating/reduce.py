@@ -76,7 +76,7 @@ def reduced_system(system: ModalSystem, points: FloatArray) -> DenseSystem:
 @dataclass(frozen=True, eq=False)
 class Reduction:
     """The `problem` in small models, and the largest relative error of a frequency, `error`, at points that had no part
-    in making them."""
+    in making them; infinite where it has a solution at none of these."""
 
     problem: Problem
     error: float
@@ -109,15 +109,16 @@ def reduced_problem(
         known.append((c.system, factors, there or reduced(c.system, factors)))
         made.append(replace(c, system=known[-1][2]))
     small = replace(problem, configurations=tuple(made))
-    worst = 0.0
+    worst, solved = 0.0, 0
     for p in design(problem.unknowns, n_check, seed=seed + 1):
         try:
             pairs = list(zip(problem.states(p), small.states(p), strict=True))
         except FemendError:
-            continue
+            continue  # at this corner there is no model; the others tell
+        solved += 1
         for full, little in pairs:
             if "freq" not in full.values:
                 continue  # a rotor at speed, a solver of the user's own: kept as it is
             f, g = full.value("freq"), little.value("freq")
             worst = max(worst, float(np.max(np.abs(g - f) / np.maximum(f, 1e-3 * f.max()), initial=0.0)))
-    return Reduction(small, worst)
+    return Reduction(small, worst if solved or not n_check else np.inf)
