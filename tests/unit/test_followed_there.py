@@ -19,7 +19,7 @@ from femend.diagnose.locating.joint import open_joint
 from femend.diagnose.locating.locate import shortlist
 from femend.diagnose.locating.recovered import recover
 from femend.diagnose.locating.split import split_records
-from femend.diagnose.naming.followed import AsRead, Followed, followed_there, held_near, held_to_all
+from femend.diagnose.naming.followed import AsRead, Followed, There, followed_there, held_near, held_to_all
 from femend.diagnose.settings import Settings
 from femend.diagnose.updating.update import UpdatedModel
 from femend.model import Place, find_places
@@ -69,7 +69,7 @@ def test_a_loose_bush_is_told_by_the_force_it_was_read_to_make(tmp_path: Path) -
     joint = open_joint(place, start.reduced, start.problem.band[1], start.g_rows)
     (fit,) = start.problem.fit([joint.hypothesis(None)], [(start.problem.prior(joint.reduced)[0], np.zeros(0))])
     assert fit is not None
-    laws, springs = followed_there(split_records(start.problem), joint, fit.p)
+    laws, springs = followed_there(There(split_records(start.problem), joint, fit.p))
     first, second = laws[:2]
     assert first.name == "clearance"
     assert first.start.values["gap"] == pytest.approx(1.5e-4, rel=0.2)
@@ -91,7 +91,7 @@ def test_a_law_is_fitted_while_its_motion_is_held_near_what_was_read(tmp_path: P
         for name, values, k in (("cubic_stiffness", {"k3": 3e11}, -1.6e4), ("clearance", stop, -1.8e4))
     ]
     split = split_records(start.problem)
-    (first, chosen), *others = held_near(split, joint, fit.p, laws)
+    (first, chosen), *others = held_near(There(split, joint, fit.p), laws)
     assert first.name == "clearance"
     assert all(other.chosen > 2.0 * chosen.chosen for _, other in others)
     held = held_to_all(split, joint, first, chosen)

@@ -16,7 +16,7 @@ from femend.diagnose.fitting.candidates import SPRINGS
 from femend.diagnose.fitting.known_force import rows_of
 from femend.diagnose.locating.joint import open_joint
 from femend.diagnose.locating.locate import Located
-from femend.diagnose.naming.followed import AsRead, Followed, followed_there, held_near, held_to_all
+from femend.diagnose.naming.followed import AsRead, Followed, There, followed_there, held_near, held_to_all
 from femend.diagnose.naming.judge import Given
 from femend.diagnose.settings import Settings
 from femend.numerals import plain
@@ -44,13 +44,14 @@ def read_at(given: Given, place: Located) -> AsRead | None:
     if settings.bends(split.whole.prior_cost(fit.hypothesis.reduced, fit.p)):
         return None
     joint = open_joint(where, given.reduced, split.whole.band[1], rows_of((where,), given.g_rows))
-    laws, springs = followed_there(split, joint, fit.p)
+    there = There(split, joint, fit.p)
+    laws, springs = followed_there(there)
     if not laws or laws[0].left > min(FOLLOWS, BEYOND_SPRINGS * springs):
         return AsRead(where, fit, None)
     first = laws[0]
     as_well = tuple(one.name for one in laws[1:] if one.left <= AS_WELL * first.left)
     rivals = [one for one in laws if one.left <= RIVALS * first.left][:MOST]
-    held = held_near(split, joint, fit.p, rivals)
+    held = held_near(there, rivals)
     if held:
         law, near = held[0]
         return AsRead(where, fit, law, held_to_all(split, joint, law, near), springs)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +21,10 @@ from femend.diagnose.fitting.synchronised import judge_synchronised, synchronise
 from femend.diagnose.locating.joint import Joint
 from femend.diagnose.locating.recovered import Recovered, recover
 from femend.diagnose.locating.split import Split
-from femend.estimate import Fit
+from femend.estimate import Fit, Problem
 from femend.model import Place
 
-__all__ = ["AsRead", "Followed", "followed_there", "held_near", "held_to_all"]
+__all__ = ["AsRead", "Followed", "There", "followed_there", "held_near", "held_to_all"]
 
 FloatArray = NDArray[np.float64]
 
@@ -64,11 +65,38 @@ class AsRead:
         return self.fit.p if self.held is None else self.held.p
 
 
-def followed_there(split: Split, joint: Joint, p: FloatArray) -> tuple[list[Followed], float]:
+@dataclass(frozen=True, eq=False)
+class There:
+    """A joint, and what it did in the parts of a split of the recordings, each read once; `p` (n_p,) are the model's
+    unknowns beside a free force there."""
+
+    split: Split
+    joint: Joint
+    p: FloatArray
+
+    @cached_property
+    def read(self) -> Recovered | None:
+        """What laws begin from."""
+        return self._on(self.split.reading)
+
+    @cached_property
+    def fitted(self) -> Recovered | None:
+        """What laws are fitted beside."""
+        return self.read if self.split.fitting is self.split.reading else self._on(self.split.fitting)
+
+    @cached_property
+    def seen(self) -> Recovered | None:
+        """What laws are judged on."""
+        return self._on(self.split.choosing)
+
+    def _on(self, problem: Problem) -> Recovered | None:
+        return recover(problem, self.joint, self.p, densely=True)
+
+
+def followed_there(there: There) -> tuple[list[Followed], float]:
     """Nonlinear laws at a joint, each at its best, by rising share of the force that they leave, and the share that a
-    spring and dashpot leave; `p` (n_p,) are the model's unknowns beside a free force there. None where nothing could be
-    read."""
-    read, seen = (recover(problem, joint, p, densely=True) for problem in (split.reading, split.choosing))
+    spring and dashpot leave. None, and infinite, where nothing could be read."""
+    joint, read, seen = there.joint, there.read, there.seen
     if read is None or seen is None:
         return [], np.inf
     found: dict[str, Followed] = {}
@@ -80,15 +108,15 @@ def followed_there(split: Split, joint: Joint, p: FloatArray) -> tuple[list[Foll
     return sorted(found.values(), key=lambda f: f.left), _of_springs(read, seen)
 
 
-def held_near(split: Split, joint: Joint, p: FloatArray, laws: Sequence[Followed]) -> list[tuple[Followed, Candidate]]:
+def held_near(there: There, laws: Sequence[Followed]) -> list[tuple[Followed, Candidate]]:
     """The laws fitted while their motion is held near the one that was read, in rising order of what they leave of the
-    recordings that they were not fitted to; `joint` and `p` as of `followed_there`."""
-    read, seen = (recover(problem, joint, p, densely=True) for problem in (split.fitting, split.choosing))
-    if read is None or seen is None:
+    recordings that they were not fitted to."""
+    split, fitted, seen = there.split, there.fitted, there.seen
+    if fitted is None or seen is None:
         return []
     found = []
     for law in laws:
-        made = synchronised(split.fitting, joint, read, law.name, law.start)
+        made = synchronised(split.fitting, there.joint, fitted, law.name, law.start)
         if made is not None:
             chosen = judge_synchronised(split.choosing, made, seen)
             found.append((law, replace(made, chosen=chosen)))
@@ -98,8 +126,10 @@ def held_near(split: Split, joint: Joint, p: FloatArray, laws: Sequence[Followed
 def held_to_all(split: Split, joint: Joint, law: Followed, held: Candidate) -> Candidate:
     """A law that was `held` near the motion of some recordings, fitted so to all of them; as it is where it could not
     be."""
+    if split.fitting is split.whole:
+        return held
     read = recover(split.whole, joint, held.p, densely=True)
-    if read is None or split.fitting is split.whole:
+    if read is None:
         return held
     begun = Start(law.start.physics, held.values, held.k, held.c, law.left)
     made = synchronised(split.whole, joint, read, law.name, begun)
