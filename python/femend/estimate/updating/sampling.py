@@ -15,6 +15,7 @@ from femend.estimate.updating.moves import TOO_LITTLE, move
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.step import root
 from femend.estimate.updating.unknown import limits
+from femend.model.terms.unknowns import Unknowns
 from femend.numerals import plain
 from femend.threads import one_blas_thread
 
@@ -99,21 +100,16 @@ def sample(
     UpdatingError for fewer particles than four for each unknown, an unknown without prior or bounds, where the prior is
     correlated, and where no particle has a solution.
     """
-    rng = np.random.default_rng(seed)
-    if n < FEWEST * len(problem.unknowns):
-        raise UpdatingError(
-            f"{n} draws for {len(problem.unknowns)} unknowns say nothing of how these go together; take "
-            f"{FEWEST * len(problem.unknowns)} or more"
-        )
-    lower, upper = limits(problem.unknowns)
-    precision = problem.unknowns.precision
-    if np.any(precision - np.diag(np.diag(precision))):
-        raise UpdatingError("the prior couples unknowns (a field); sample in unknowns that are independent a priori")
-    squares_of = solve_all or (lambda points: _squares(problem, points, counting))
-    R = root(precision)
-    prior_of = lambda x: (((x - problem.unknowns.mean) @ R.T) ** 2).sum(axis=1)  # noqa: E731
-    u = (rng.permuted(np.tile(np.arange(n)[:, None], (1, len(problem.unknowns))), axis=0) + rng.random((n, 1))) / n
-    p = prior_quantiles(problem.unknowns, np.clip(u, 1e-12, 1 - 1e-12))
+    _refuse(problem.unknowns, n)
+    rng, bounds, R = np.random.default_rng(seed), limits(problem.unknowns), root(problem.unknowns.precision)
+
+    def squares_of(points: FloatArray) -> FloatArray:
+        return _squares(problem, points, counting) if solve_all is None else solve_all(points)
+
+    def prior_of(points: FloatArray) -> FloatArray:
+        return np.asarray((((points - problem.unknowns.mean) @ R.T) ** 2).sum(axis=1))
+
+    p = _of_prior(problem.unknowns, n, rng)
     s = squares_of(p)
     if not np.isfinite(s).any():
         raise UpdatingError(f"none of {n} points of the prior has a solution; look at bounds and pairing")
@@ -128,7 +124,7 @@ def sample(
         variance += float(w.var() / w.mean() ** 2 / n)
         chosen = np.searchsorted(np.cumsum(w) / w.sum(), (rng.random() + np.arange(n)) / n).clip(0, n - 1)
         beta = new
-        moved = move(p[chosen], s[chosen], beta, rng, squares_of, prior_of, (lower, upper))
+        moved = move(p[chosen], s[chosen], beta, rng, squares_of, prior_of, bounds)
         p, s, solved = moved.p, moved.squares, solved + moved.solved
         temperatures.append(beta)
         acceptance.append(moved.acceptance)
@@ -140,6 +136,23 @@ def sample(
     return Posterior(
         problem, p, s, ln_z, float(np.sqrt(variance)), tuple(temperatures), tuple(acceptance), solved, advice
     )
+
+
+def _refuse(unknowns: Unknowns, n: int) -> None:
+    """Raises UpdatingError for fewer than enough particles, and for a prior that couples unknowns."""
+    fewest = FEWEST * len(unknowns)
+    if n < fewest:
+        raise UpdatingError(
+            f"{n} draws for {len(unknowns)} unknowns say nothing of how these go together; take {fewest} or more"
+        )
+    if np.any(unknowns.precision - np.diag(np.diag(unknowns.precision))):
+        raise UpdatingError("the prior couples unknowns (a field); sample in unknowns that are independent a priori")
+
+
+def _of_prior(unknowns: Unknowns, n: int, rng: np.random.Generator) -> FloatArray:
+    """Points (n, n_unknowns) of the prior, each n-th of every unknown's once."""
+    u = (rng.permuted(np.tile(np.arange(n)[:, None], (1, len(unknowns))), axis=0) + rng.random((n, 1))) / n
+    return prior_quantiles(unknowns, np.clip(u, 1e-12, 1 - 1e-12))
 
 
 def _squares(problem: Problem, points: FloatArray, counting: Flags | None) -> FloatArray:
