@@ -43,7 +43,7 @@ class Case:
         """What is told with the rows of all FRFs in another `order` and multiplied by `factors` (n_out)."""
         if not self.measured:
             test = Test(tuple(replace(r, data=read_otherwise(r.time, order, factors)) for r in self.test))
-            return plausible.doubts_of(self.model, test, self.pairing, self.zeta)
+            return plausible.doubts_found(self.model, test, self.pairing, self.zeta).texts
 
         def changed(recording: object) -> FrfData:
             data = frf_data(recording)  # type: ignore[arg-type]
@@ -52,7 +52,7 @@ class Case:
 
         real, plausible.frf_data = plausible.frf_data, changed  # type: ignore[assignment]
         try:
-            return plausible.doubts_of(self.model, self.test, self.pairing, self.zeta)
+            return plausible.doubts_found(self.model, self.test, self.pairing, self.zeta).texts
         finally:
             plausible.frf_data = real
 
@@ -62,9 +62,8 @@ class Case:
         nodes = [int(n) for n in self.model.node_ids if int(n) != own.dof.node]
         dof = Dof(int(rng.choice(nodes)), own.dof.component, own.dof.sign)
         pairs = [replace(p, dof=dof) if p is own else p for p in self.pairing]
-        return str(dof), plausible.doubts_of(
-            self.model, self.test, replace(self.pairing, pairs=tuple(pairs)), self.zeta
-        )
+        paired = replace(self.pairing, pairs=tuple(pairs))
+        return str(dof), plausible.doubts_found(self.model, self.test, paired, self.zeta).texts
 
 
 def read_otherwise(data: TimeData, order: list[int], factors: np.ndarray) -> TimeData:

@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
 from femend.estimate import pair_test
 from femend.study import load_study
-from femend.study.doubts.plausible import doubts_of
+from femend.study.doubts.plausible import doubts_found
 from femend.study.doubts.sound import deck_warnings
 from femend.study.file.channels_sound import with_warnings
 
@@ -313,7 +313,7 @@ def test_a_low_mac_of_a_shape_that_is_mostly_noise_is_told_so() -> None:
 def doubts(folder: Path) -> list[str]:
     study = load_study(folder)
     model, test = read_model(study.model_file), study.read_recordings()
-    return doubts_of(model, test, pair_test(test, model), study.damping_ratio)
+    return doubts_found(model, test, pair_test(test, model), study.damping_ratio).texts
 
 
 def test_a_study_is_silent_until_a_sensor_is_turned(tmp_path: Path) -> None:
@@ -418,7 +418,7 @@ def test_a_sensor_where_the_model_stands_still_and_responses_of_no_force_are_tol
         channels = list(low.time.channels)
         channels[channel] = replace(channels[channel], dof=dof)
         one = Test((replace(low, data=TimeData("low", low.time.dt, values, tuple(channels))),))
-        return doubts_of(model, one, pair_test(one, model), 0.01)
+        return doubts_found(model, one, pair_test(one, model), 0.01).texts
 
     assert told(4, Dof(13, 3)) == []
     (still,) = told(4, Dof(13, 2))

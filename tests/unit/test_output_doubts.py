@@ -17,7 +17,7 @@ from femend.modal.output_only.principal import principal_responses
 from femend.model.reduced.reduction import core_modes
 from femend.report.headline import headline
 from femend.report.mode_words import frequency_errors
-from femend.study.doubts.plausible import doubts_of
+from femend.study.doubts.plausible import doubts_found
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -48,7 +48,7 @@ def told(model: small_study.Model, y: np.ndarray, excitation: str = "ambient", d
     channels = tuple(Channel(Dof(n, 3), "acceleration", "m/s^2") for n in small_study.SENSORS)
     data = TimeData("ambient", dt, y, channels)
     test = Test((Recording("ambient", data, excitation=excitation),))
-    return doubts_of(model, test, pair_test(test, model), 0.01)
+    return doubts_found(model, test, pair_test(test, model), 0.01).texts
 
 
 @pytest.mark.parametrize(("E", "driven", "excitation"), [(6e10, 13, "ambient"), (8e10, 1, "unknown")])

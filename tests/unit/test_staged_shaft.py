@@ -62,7 +62,7 @@ def test_a_stiffness_over_speed_below_nothing_is_none(tmp_path: Path, a1: float,
     unknowns = setup.unknowns([term])
     p = unknowns.mean.copy()
     p[unknowns.index(term.unknowns[0].name)] = a1
-    fitted = Posterior(unknowns, p, unknowns.precision, {"runup": 1.0}, 0.0, True, 1)
+    fitted = Posterior(unknowns, p, unknowns.precision, {"runup": 1.0}, 0.0, True)
     assert _has_stiffness(setup, term, fitted) is possible
 
 

@@ -328,7 +328,7 @@ def _unbalance_only(unknowns: Unknowns, block: RunBlock, p: FloatArray, unbalanc
         H = unknowns.precision + A
         p[at] -= np.linalg.solve(H[np.ix_(at, at)], (gradient + unknowns.precision @ d)[at])
         p[at[-1]] = np.clip(p[at[-1]], -2.0, 2.0)
-    return Posterior(unknowns, p, H, {block.name: cost}, 0.0, True, 3, block.n_values)
+    return Posterior(unknowns, p, H, {block.name: cost}, 0.0, True, block.n_values)
 
 
 def _correlation(posterior: Posterior, unbalance: Unbalance) -> tuple[float, str]:

@@ -53,7 +53,6 @@ class Posterior:
     squares: dict[str, float]
     prior: float
     converged: bool
-    n_steps: int
     n_values: float = 0.0
 
     @property
@@ -102,9 +101,8 @@ def maximise(
     """
     p = unknowns.mean.copy() if start is None else np.asarray(start, dtype=np.float64).copy()
     cost, gradient, H, squares = _expand(unknowns, blocks, p, True)
-    damping, converged, step_count = 1e-3, False, 0
+    damping, converged = 1e-3, False
     for _ in range(iterations if np.isfinite(cost) else 0):
-        step_count += 1
         moved = False
         for _ in range(12):
             scaled = H + damping * np.diag(np.maximum(np.diag(H), 1e-12))
@@ -125,7 +123,7 @@ def maximise(
             converged = True
             break
     prior = float((p - unknowns.mean) @ unknowns.precision @ (p - unknowns.mean))
-    return Posterior(unknowns, p, H, squares, prior, converged, step_count, sum(b.n_values for b in blocks))
+    return Posterior(unknowns, p, H, squares, prior, converged, sum(b.n_values for b in blocks))
 
 
 def _expand(

@@ -38,7 +38,7 @@ from femend.study.doubts.plausible_frequencies import Against, frequency_doubts
 from femend.study.doubts.plausible_output import output_doubts, time_axis_doubts
 from femend.study.doubts.sampled import too_slow_for_modes
 
-__all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
+__all__ = ["Doubted", "Doubts", "doubts_found"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -85,11 +85,6 @@ class Doubts:
     def texts(self) -> list[str]:
         """All of it as sentences."""
         return [*self.of_model, *(one.text for one in self.of_recordings)]
-
-
-def doubts_of(model: Model, test: Test, pairing: Pairing, zeta: float) -> list[str]:
-    """The sentences of `doubts_found`."""
-    return doubts_found(model, test, pairing, zeta).texts
 
 
 def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float, *, digits: bool = False) -> Doubts:

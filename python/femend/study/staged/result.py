@@ -95,7 +95,7 @@ def _verdict(setup: Setup, data: StagedData, flow: Flow, findings: list[dict[str
     poor = [s for s in flow.stages if s.run is not None and s.unexplained > max(POOR, FAR * s.noise)]
     if poor:
         verdict = "located-not-named" if findings else "undetermined"
-        return verdict, "; ".join(filter(None, [_unexplained(flow, data, poor[0]), advice]))
+        return verdict, "; ".join(filter(None, [_unexplained(data, poor[0]), advice]))
     runs = {r.name for own in data.runs.values() for r in own}
     drowned = [s for s in flow.stages if s.run is not None and s.noise > DROWNED]
     if drowned and not findings and all(s.recordings[0] in runs for s in flow.stages):
@@ -135,7 +135,7 @@ def _verdict(setup: Setup, data: StagedData, flow: Flow, findings: list[dict[str
     return ("parameters-only" if max(moved, default=0.0) > MOVED else "consistent"), advice
 
 
-def _unexplained(flow: Flow, data: StagedData, stage: Stage) -> str:
+def _unexplained(data: StagedData, stage: Stage) -> str:
     """What stays unexplained of a run, and what may be why."""
     name, runs = stage.recordings[0], {r.name for own in data.runs.values() for r in own}
     said = f"{plain(100 * stage.unexplained, 2)} % of {name} stays unexplained"
