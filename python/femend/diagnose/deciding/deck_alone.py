@@ -14,6 +14,7 @@ import numpy as np
 
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.plain_error import whole_errors
+from femend.diagnose.deciding.tuned_modes import by_cards, put_off, tuned
 from femend.numerals import plain
 
 __all__ = ["DeckAlone", "deck_alone"]
@@ -68,15 +69,13 @@ def deck_alone(found: Diagnosis) -> DeckAlone | None:
     null, reduced = found.null, found.null.hypothesis.reduced
     if found.best is not None or found.further is not None or found.load is not None or found.problem.load is not None:
         return None
-    p, own = null.p.copy(), slice(len(reduced.model.parameters), len(reduced.names) + found.problem.n_tuned)
-    deviations = np.abs(p[own]) / found.problem.prior(reduced)[1][own]
-    p[own] = 0.0
+    own = slice(len(reduced.model.parameters), tuned(found.problem, reduced).stop)
+    deviations = np.abs(null.p[own]) / found.problem.prior(reduced)[1][own]
+    p = by_cards(found.problem, reduced, null.p)
     _, fitted = whole_errors(found)
     _, alone = whole_errors(replace(found, null=replace(null, p=p)))
     hypothesis, nominal = found.nominal
     _, given = whole_errors(replace(found, null=replace(null, hypothesis=hypothesis, p=nominal)))
-    n_tuned = found.problem.n_tuned
-    freq, of_deck = (found.problem.modes(reduced, at)[0][:n_tuned] / (2 * np.pi) for at in (null.p, p))
-    shift = freq / np.maximum(of_deck, 1e-300) - 1
+    freq, shift = put_off(found.problem, reduced, null.p, p)
     worst = int(np.argmax(np.abs(shift)))
     return DeckAlone(given, alone, fitted, float(freq[worst]), float(shift[worst]), float(deviations.max(initial=0.0)))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.deciding.outcome import Diagnosis
 from femend.diagnose.deciding.plain_error import GROWN, whole_errors
+from femend.diagnose.deciding.tuned_modes import by_cards, deviations, put_off
 from femend.estimate import Problem
 from femend.model import ReducedModel
 from femend.numerals import listed, plain
@@ -76,17 +77,16 @@ def deck_with_law(found: Diagnosis) -> DeckWithLaw | None:
     if not added or found.problem.load is not None:
         return None
     problem, reduced, p = _final(found)
-    deviations = _deviations(problem, reduced, p)
-    if not deviations.max(initial=0.0) > FAR:
+    off = deviations(problem, reduced, p)
+    if not off.max(initial=0.0) > FAR:
         return None
     _, fitted = whole_errors(found)
     without, alone = whole_errors(_by_cards(found))
     # what cannot be simulated is replaced by the model that has nothing added
     followed = alone if alone != without else np.inf
-    freq, of_deck = (_frequencies(problem, reduced, at) for at in (p, _of_cards(problem, reduced, p)))
-    shift = freq / np.maximum(of_deck, 1e-300) - 1
-    far = [int(i) for i in np.argsort(-deviations) if deviations[i] > FAR]
-    modes = tuple(OwnMode(i + 1, float(freq[i]), float(shift[i]), float(deviations[i])) for i in far)
+    freq, shift = put_off(problem, reduced, p, by_cards(problem, reduced, p))
+    far = [int(i) for i in np.argsort(-off) if off[i] > FAR]
+    modes = tuple(OwnMode(i + 1, float(freq[i]), float(shift[i]), float(off[i])) for i in far)
     return DeckWithLaw(followed, fitted, modes)
 
 
@@ -96,10 +96,10 @@ def strain_of_modes(found: Diagnosis) -> float:
 
     It is the ratio of Birge (Phys. Rev. 40, 1932) for the modes' frequencies.
     """
-    deviations = _deviations(*_final(found))
-    if not deviations.max(initial=0.0) > FAR:
+    off = deviations(*_final(found))
+    if not off.max(initial=0.0) > FAR:
         return 1.0
-    return max(1.0, float(np.sqrt(np.mean(deviations**2))))
+    return max(1.0, float(np.sqrt(np.mean(off**2))))
 
 
 def _final(found: Diagnosis) -> tuple[Problem, ReducedModel, FloatArray]:
@@ -116,36 +116,10 @@ def _final(found: Diagnosis) -> tuple[Problem, ReducedModel, FloatArray]:
     return found.problem, hypothesis.reduced, found.best.p
 
 
-def _tuned(problem: Problem, reduced: ReducedModel) -> slice:
-    """Where the modes' frequencies are among the unknowns."""
-    return slice(len(reduced.names), len(reduced.names) + problem.n_tuned)
-
-
-def _deviations(problem: Problem, reduced: ReducedModel, p: FloatArray) -> FloatArray:
-    """Prior standard deviations by which the frequencies of modes are off (n_tuned,)."""
-    mean, sd = problem.prior(reduced)
-    own = _tuned(problem, reduced)
-    return np.asarray(np.abs(p[own] - mean[own]) / sd[own])
-
-
-def _frequencies(problem: Problem, reduced: ReducedModel, p: FloatArray) -> FloatArray:
-    """Frequencies (Hz) of the modes that are tuned (n_tuned,)."""
-    return np.asarray(problem.modes(reduced, p)[0][: problem.n_tuned] / (2 * np.pi))
-
-
-def _of_cards(problem: Problem, reduced: ReducedModel, p: FloatArray) -> FloatArray:
-    """The unknowns `p` without what modes and members were given of their own; factors of members that were found
-    stay, as the model's parameters do."""
-    alone = p.copy()
-    alone[len(reduced.model.parameters) : len(reduced.names) - reduced.extra] = 0.0
-    alone[_tuned(problem, reduced)] = 0.0
-    return alone
-
-
 def _by_cards(found: Diagnosis) -> Diagnosis:
     """The diagnosis with a final model that has nothing but what was updated and found."""
     problem, reduced, p = _final(found)
-    alone, further = _of_cards(problem, reduced, p), found.further
+    alone, further = by_cards(problem, reduced, p), found.further
     best = None if found.best is None else replace(found.best, p=alone)
     return replace(
         found, best=best, further=None if further is None else replace(further, terms=replace(further.terms, p=alone))

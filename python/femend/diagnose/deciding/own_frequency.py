@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femend.diagnose.deciding.outcome import Diagnosis
+from femend.diagnose.deciding.tuned_modes import deviations, put_off, tuned
 from femend.numerals import plain
 
 __all__ = ["OwnFrequency", "own_frequency"]
@@ -40,14 +41,11 @@ class OwnFrequency:
 def own_frequency(found: Diagnosis) -> OwnFrequency | None:
     """The mode that was put off by most standard deviations; None of a model whose modes are not tuned, and where the
     force was not recorded."""
-    null, reduced, n_tuned = found.null, found.null.hypothesis.reduced, found.problem.n_tuned
-    if n_tuned == 0 or found.problem.load is not None:
+    problem, null, reduced = found.problem, found.null, found.null.hypothesis.reduced
+    if problem.n_tuned == 0 or problem.load is not None:
         return None
-    tuned = slice(len(reduced.names), len(reduced.names) + n_tuned)
-    mean, sd = found.problem.prior(reduced)
-    deviations = np.abs(null.p[tuned] - mean[tuned]) / sd[tuned]
-    worst = int(np.argmax(deviations))
-    p = null.p.copy()
-    p[tuned] = mean[tuned]
-    freq, without = (found.problem.modes(reduced, at)[0][worst] / (2 * np.pi) for at in (null.p, p))
-    return OwnFrequency(float(freq), float(freq / max(without, 1e-300) - 1), float(deviations[worst]))
+    off, without, own = deviations(problem, reduced, null.p), null.p.copy(), tuned(problem, reduced)
+    without[own] = problem.prior(reduced)[0][own]
+    freq, shift = put_off(problem, reduced, null.p, without)
+    worst = int(np.argmax(off))
+    return OwnFrequency(float(freq[worst]), float(shift[worst]), float(off[worst]))
