@@ -74,6 +74,14 @@ def test_an_error_as_large_as_the_noise_counts_though_the_model_is_allowed_it(
     assert depends_on_level(cast(Any, problem), cast(Any, null), cast(Any, [found]), Settings()) is told
 
 
+def test_frfs_have_no_level() -> None:
+    """Of one beside a recording in time nothing can be compared, nor of two."""
+    low, high, frf = Space(frf=None, level=1.0), Space(frf=None, level=2.5), Space(frf=object(), level=0.0)
+    assert levels.levels_differ(cast(Any, [low, frf, high]))
+    for records in ([frf, frf], [frf, high], [low], []):
+        assert not levels.levels_differ(cast(Any, records)), records
+
+
 @pytest.mark.slow
 def test_a_law_outside_the_catalogue_that_shows_at_one_level_is_not_passed_over(tmp_path: Path) -> None:
     law = (7, "displacement_damping", {"c": 0.05, "beta": 3e9})

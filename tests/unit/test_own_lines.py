@@ -32,7 +32,9 @@ def recovered(
     weight = np.ones(len(INDEX)) if best is None else 1 / (1e-4 + (FREQ[INDEX] - best) ** 2)
     quiet = 1e-3 * random(2, 3, 140)
     forces = [quiet, *forces]
-    records = [SimpleNamespace(u=u[None], n=N, dt=DT, level=level) for level in (1.0, *[2.0] * (len(forces) - 1))]
+    records = [
+        SimpleNamespace(u=u[None], n=N, dt=DT, frf=None, level=level) for level in (1.0, *[2.0] * (len(forces) - 1))
+    ]
     return cast(
         Any,
         SimpleNamespace(

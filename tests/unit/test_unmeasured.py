@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 from femend.diagnose.loads import unmeasured
 from femend.diagnose.loads.harmonic import ONSET, _waves
-from femend.diagnose.loads.unmeasured import NEARLY_ALL, _common, _from_outside, _mean_force, _nearly_all
+from femend.diagnose.loads.unmeasured import (
+    NEARLY_ALL,
+    _common,
+    _from_outside,
+    _mean_force,
+    _nearly_all,
+    plainly_unmeasured,
+)
 from femend.diagnose.locating.recovered import STANDS_OUT, _standing_out, _wiener
 from femend.study.run import diagnose
 
@@ -60,6 +67,18 @@ def test_frfs_have_no_force_in_common() -> None:
     assert not _common(given)
 
 
+@pytest.mark.filterwarnings("error")
+def test_frfs_show_no_force_that_was_not_recorded() -> None:
+    """Their forces are one on every line, which numpy has no correlation of."""
+    record = SimpleNamespace(frf=object(), level=0.0, n=8, u=np.ones((1, 8)), y=np.ones((3, 8)))
+    given = SimpleNamespace(
+        split=SimpleNamespace(whole=SimpleNamespace(load=None, records=[record, record])),
+        settings=SimpleNamespace(margin=40.0, consistent=1.25),
+    )
+    place = SimpleNamespace(place=SimpleNamespace(kind="ground", n_w=1), fit=SimpleNamespace(score=9.0), cost=1.0)
+    assert not plainly_unmeasured(cast(Any, given), cast(Any, [place]))
+
+
 def test_forces_of_their_own_have_nothing_in_common() -> None:
     index = np.arange(20, 420)
     own = [spectra(i, 400) for i in range(RECORDS)]
@@ -102,7 +121,7 @@ def test_a_force_from_outside_neither_grows_with_the_motion_nor_takes_from_it(fo
     shown = recovered([-np.fft.rfft(f[0])[index] for f in histories], [index] * RECORDS)
     shown.f, shown.v = histories, motion
     forces = [level * rng.standard_normal((1, N)) for level in levels]
-    records = [SimpleNamespace(u=u, level=u.std()) for u in forces]
+    records = [SimpleNamespace(u=u, frf=None, level=u.std()) for u in forces]
     assert _from_outside(cast(Any, SimpleNamespace(records=records)), shown) is outside
 
 

@@ -156,10 +156,11 @@ def plainly_unmeasured(given: Given, located: Sequence[Located]) -> bool:
         recovered = _recovered(given, best)
         if recovered is not None and on_own_lines(recovered):
             return True
+    if _of_frfs(given) or not levels_differ(problem.records):
+        return False
     n = min(r.n for r in problem.records)
     u = np.array([r.u[:, :n].ravel() for r in problem.records])
-    own = np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]) if len(u) > 1 else np.ones(1)
-    if not levels_differ(problem.records) or own.max() > DIFFERENT:
+    if np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]).max() > DIFFERENT:
         return False
     recovered = _recovered(given, best)
     if recovered is None or not _common(recovered):

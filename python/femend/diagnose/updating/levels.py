@@ -32,9 +32,10 @@ OWN_LEAVES = 0.7
 
 
 def levels_differ(records: Sequence[FitRecord]) -> bool:
-    """Whether the forces of some recordings are so much larger than those of others that levels can be compared."""
-    level = np.array([r.level for r in records])
-    return bool(level.max() >= LEVELS * level.min())
+    """Whether the forces of some recordings are so much larger than those of others that levels can be compared; FRFs
+    have none."""
+    level = [r.level for r in records if r.frf is None]
+    return len(level) > 1 and max(level) >= LEVELS * min(level)
 
 
 def relative_errors(problem: Problem, null: Fit) -> FloatArray:
