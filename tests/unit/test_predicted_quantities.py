@@ -11,13 +11,13 @@ import pytest
 from numpy.typing import NDArray
 
 from femend import Dof, read_uff
-from femend.data import Channel, Recording, Test, TimeData
+from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.diagnose.deciding.interrupted import undecided
 from femend.diagnose.deciding.so_far import SoFar
 from femend.diagnose.updating.update import update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import read_model
-from femend.study.result.predictions import motion_error, predict_all, rows_of, write_predictions
+from femend.study.result.predictions import STAGES, Prediction, motion_error, predict_all, rows_of, write_predictions
 from femend.study.result.result import result_of
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -51,6 +51,29 @@ def test_a_channel_is_compared_with_the_sensor_at_its_place_that_measures_the_sa
 def test_what_has_no_sensor_is_not_compared() -> None:
     held = recording(channel(9, "force"), channel(1, "velocity"))
     assert rows_of(held, [channel(1, "velocity"), channel(3, "velocity")]) is None
+
+
+@pytest.mark.filterwarnings("error")
+def test_frfs_outside_the_band_have_no_error_and_that_is_told() -> None:
+    freq = np.array([300.0, 350.0, 400.0])
+    H, outputs, inputs = np.ones((3, 1, 1), complex), (channel(1, "acceleration"),), (channel(9, "force"),)
+    frf = FRF("high", freq, H, outputs, inputs, "accelerance", "(m/s^2)/N")
+    above = Prediction("high", "validate", 0.0, outputs, dict.fromkeys(STAGES, H), H, frf, (8.0, 150.0))
+    assert np.isnan(above.error("final"))
+    assert above.outside.startswith(
+        "no errors are told of recording 'high': its FRFs (300 to 400 Hz) have no line in the band that was compared "
+        "(8 to 150 Hz)"
+    )
+    within = replace(above, band=(8.0, 350.0))
+    assert within.error("final") == 0
+    assert within.outside == ""
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_sensor_that_shows_nothing_has_no_error() -> None:
+    """Of displacements, whose mean does not count, that is one which stands still."""
+    still = np.full((1, N), 2.0)
+    assert np.isnan(motion_error([channel(1, "displacement")], np.zeros((1, N)), still))
 
 
 def test_every_quantity_has_an_error_of_its_own() -> None:

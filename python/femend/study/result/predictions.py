@@ -20,6 +20,7 @@ from femend.estimate.frf import ORDER
 from femend.estimate.prepare import frf_records
 from femend.io import functions_of, write_uff
 from femend.model import Model, Pairing
+from femend.numerals import plain
 from femend.signal.calculus import DERIVATIVES
 from femend.signal.hammer import blow_force
 from femend.study.result.left_out import in_band, predicted_by_others
@@ -61,12 +62,25 @@ class Prediction:
         return TimeData(self.name, self.dt, self.stages[stage], self.channels)
 
     @property
+    def outside(self) -> str:
+        """What is said of FRFs that have no line in the band, so that they have no errors; "" elsewhere."""
+        if self.frf is None or within_band(self.frf.freq, self.band).any():
+            return ""
+        first, last, low, high = (plain(f, 3) for f in (self.frf.freq[0], self.frf.freq[-1], *self.band))
+        return (
+            f"no errors are told of recording {self.name!r}: its FRFs ({first} to {last} Hz) have no line in the band "
+            f"that was compared ({low} to {high} Hz), in which alone errors of FRFs count; fit recordings that reach "
+            "it, or leave it out"
+        )
+
+    @property
     def counted(self) -> list[int]:
         """Positions of the sensors that count in errors."""
         return [i for i in range(len(self.channels)) if i not in self.left_out]
 
     def error(self, stage: str) -> float:
-        """NRMSE of a stage; raises ValueError where nothing was recorded."""
+        """NRMSE of a stage; nan where what counts was still, or lies outside the band. Raises ValueError where nothing
+        was recorded."""
         if self.recorded is None:
             raise ValueError(f"recording {self.name!r} holds no responses to compare with")
         counted = self.counted
@@ -93,12 +107,14 @@ class Prediction:
 
 
 def nrmse(predicted: Values, recorded: Values) -> float:
-    """Root of the summed squared error of `predicted` over that of the summed squares of `recorded`, of one shape.
+    """Root of the summed squared error of `predicted` over that of the summed squares of `recorded`, of one shape; nan
+    where nothing was recorded.
 
-    >>> nrmse(np.zeros((1, 4)), np.ones((1, 4)))
-    1.0
+    >>> nrmse(np.zeros((1, 4)), np.ones((1, 4))), nrmse(np.ones((1, 4)), np.zeros((1, 4)))
+    (1.0, nan)
     """
-    return float(np.sqrt((np.abs(predicted - recorded) ** 2).sum() / (np.abs(recorded) ** 2).sum()))
+    size = float((np.abs(recorded) ** 2).sum())
+    return float(np.sqrt((np.abs(predicted - recorded) ** 2).sum() / size)) if size > 0 else float("nan")
 
 
 def motion_error(channels: Sequence[Channel], predicted: FloatArray, recorded: FloatArray) -> float:

@@ -56,7 +56,8 @@ def result_of(
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, by how much it
     was recorded late, which lines the mesh cannot represent, how far the deck that is written is off by itself, which
     sensors were left out and what others may be off by, on what laws were chosen if there was but one recording, which
-    predictions hang on little, what the recorder did not filter, and what the excitation cannot tell.
+    predictions hang on little, which FRFs have no line that counts, what the recorder did not filter, and what the
+    excitation cannot tell.
     """
     by_priors = rests_on_priors(diagnosis)
     warnings = [
@@ -71,6 +72,7 @@ def result_of(
         *sensors_off(diagnosis, predictions),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
         *filter(None, [p.spread.text(p.name) for p in predictions if p.spread is not None]),
+        *filter(None, [p.outside for p in predictions]),
         *diagnosis.problem.recorder.warnings,
     ]
     warnings += untold(records)
