@@ -8,9 +8,11 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from time import sleep
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -20,6 +22,9 @@ from femend import read_model
 from femend.cli import main
 from femend.demo import STUDY
 from femend.diagnose import diagnosis as steps
+from femend.diagnose.deciding.interrupted import undecided
+from femend.diagnose.deciding.so_far import SoFar
+from femend.diagnose.recordings.low_cut import LowCut
 from femend.report.vocabulary import PHYSICS
 from femend.study import StudyInterrupted
 from femend.study import run as study_run
@@ -81,6 +86,47 @@ def test_stopped_while_places_are_sought_the_updated_parameters_stand(
     assert stop.run.diagnosis.interrupted
     assert stop.out == tmp_path / "out"
     assert "run the same again" in str(stop)
+
+
+@dataclass(frozen=True)
+class _OneEffect:
+    """What is looked at of a diagnosis with one effect."""
+
+    advice: str = ""
+    off: LowCut | None = None
+    driven: None = None
+    interrupted: bool = False
+
+
+def test_what_recordings_are_off_by_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The updated model is that of the corrected recordings: predictions are made of corrected forces, too."""
+    off, start = (
+        LowCut(2.0),
+        SimpleNamespace(problem=SimpleNamespace(band=(1.0, 9.0)), null=None, reduced=SimpleNamespace(model=None)),
+    )
+    for name, made in (
+        ("update_model", start), ("find_places", []), ("bed_places", []), ("sensed_places", []), ("locate", []),
+        ("quieter_records", None), ("with_pairs_between", ([], [])), ("put_right", (off, start, [])),
+        ("as_sensors_are", (start, [])),
+    ):  # fmt: skip
+        monkeypatch.setattr(steps, name, lambda *a, made=made: made)
+    stop_at(monkeypatch, steps, "nearer")
+    so_far = SoFar()
+    with pytest.raises(KeyboardInterrupt):
+        steps.diagnose_records(cast(Any, None), [], 0.01, so_far=so_far)
+    assert so_far.off is off
+    so_far.decided = cast(Any, _OneEffect())
+    told = undecided(so_far, "look for more")
+    assert told is not None
+    assert told.off is off
+    assert told.interrupted
+
+
+def test_before_one_effect_is_decided_they_do_too(tmp_path: Path) -> None:
+    off = LowCut(2.0)
+    told = undecided(SoFar(start=small_study.updated(tmp_path, SPRING), off=off), "name it")
+    assert told is not None
+    assert told.off is off
 
 
 def test_everything_of_a_result_is_there(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,6 +86,7 @@ def diagnose_records(
     located, places = with_pairs_between(start, located, places)
     off, start, located = put_right(start, located, places, zeta, settings)
     start, located = as_sensors_are(start, located, places)
+    so_far.off = off
     so_far.places(start, located)
     begun = nearer(start, located, settings)
     out = explain(begun, located, places, settings, tell, so_far=so_far, contradicted=contradicted)

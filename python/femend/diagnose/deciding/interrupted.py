@@ -54,7 +54,7 @@ def undecided(
     if so_far.decided is not None:
         one = so_far.decided
         advice = "; ".join(filter(None, [one.advice, MAYBE_MORE.format(why=why, step=step)]))
-        return replace(one, driven=so_far.driven, advice=advice, interrupted=True)
+        return replace(one, off=so_far.off, driven=so_far.driven, advice=advice, interrupted=True)
     start, settings = so_far.start, settings or Settings()
     if start is None:
         return None
@@ -64,7 +64,7 @@ def undecided(
     found = Diagnosis(
         "undetermined", start.problem, split, start.reduced, start.nominal, start.null, alone.candidate, alone.score,
         so_far.located, ranked, tempered(ranked, alone.score), None, None, None, "", settings, start.g_rows,
-        alone.n_values, driven=so_far.driven, interrupted=True,
+        alone.n_values, off=so_far.off, driven=so_far.driven, interrupted=True,
     )  # fmt: skip
     settled = _settled(so_far, ranked, split, alone.candidate.chosen, f'{why} in the step "{step}"')
     likeliest = _likeliest(found)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from femend.diagnose.locating.locate import Located
 from femend.diagnose.naming.ranked import Ranked
+from femend.diagnose.recordings.recorded_off import RecordedOff
 
 if TYPE_CHECKING:
     from femend.diagnose.deciding.outcome import Diagnosis
@@ -23,6 +24,7 @@ class SoFar:
 
     Attributes:
         start: the updated model; None before the update is done.
+        off: what all recordings are off by, as of the updated model.
         located: places ranked so far, the likeliest first.
         ranked: laws judged so far, in no order.
         driven: where the force acts if nobody recorded it.
@@ -31,6 +33,7 @@ class SoFar:
     """
 
     start: UpdatedModel | None = None
+    off: RecordedOff | None = None
     located: list[Located] = field(default_factory=list)
     ranked: list[Ranked] = field(default_factory=list)
     driven: Driven | None = None
