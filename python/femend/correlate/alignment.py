@@ -41,8 +41,8 @@ class Alignment:
 
     `xyz` (n, 3) are the test points in the model's frame, `mate` (n,) the model points they belong to, `distance` (n,)
     between both; `off` are points beyond the tolerance. `alike` counts other turns and shifts that fit as well (a
-    symmetric structure, a regular mesh: points alone do not decide); `decided` is False where nothing makes this one
-    more likely than they are. `notes` say in words what was wrong.
+    symmetric structure, a regular mesh: points alone do not decide), `others` are they, nearest to this one first;
+    `decided` is False where nothing makes this one more likely than they are. `notes` say in words what was wrong.
     """
 
     R: FloatArray
@@ -55,6 +55,7 @@ class Alignment:
     alike: int
     notes: tuple[str, ...]
     decided: bool = True
+    others: tuple[Alignment, ...] = ()
 
     @property
     def mirrored(self) -> bool:
@@ -116,7 +117,17 @@ def align_points(
     others = () if fits is None else fits.others
     if fits is not None and (others or not fits.prefers):
         notes.append(_alike_note(fits))
-    return Alignment(R, s, t, xyz, pairs, distance, off, len(others), tuple(notes), fits is None or fits.prefers)
+    decided = fits is None or fits.prefers
+    too = tuple(_aligned(fit, a, reach) for fit in others)
+    return Alignment(R, s, t, xyz, pairs, distance, off, len(others), tuple(notes), decided, too)
+
+
+def _aligned(fit: Fit, a: FloatArray, reach: float) -> Alignment:
+    """Points `a` (n, 3) brought to the model by a `fit`."""
+    off = tuple(int(i) for i in np.flatnonzero(fit.distance > reach))
+    xyz = fit.scale * a @ fit.R.T + fit.shift
+    notes = tuple(_frame_notes(fit.R, fit.scale))
+    return Alignment(fit.R, fit.scale, fit.shift, xyz, fit.mate, fit.distance, off, 0, notes)
 
 
 def _as_is(fit: Fit) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.reading.measured import MeasuredModes
+from femend.bench.reading.placed_by_shapes import by_shapes
 from femend.bench.reading.placed_words import MISPLACED, shift_words, told_of, unit_words
 from femend.bench.reading.runs import MeasuredRun
 from femend.correlate import Alignment, align_points
@@ -24,6 +25,9 @@ from femend.model.surfaces.sensor_points import sensor_points
 __all__ = ["Placed", "placed_sensors"]
 
 FloatArray = NDArray[np.float64]
+# how well the shapes of recordings suit the model's with these DOFs of it for sensors, as their mean MAC; None where
+# they tell nothing
+Suits = Callable[[Sequence[MeasuredModes | MeasuredRun], Mapping[Dof, Dof]], float | None]
 
 # a frame is one of axes where no entry of the turn is further from 0, 1 or -1; as in `align_points`
 AXES_NEAR = 0.05
@@ -52,14 +56,17 @@ class Placed:
         return tuple({p.point.id: p.point for p in self.pairing if p.point is not None}.values())
 
 
-def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, *, align: bool = True) -> Placed:
+def placed_sensors(
+    measured: Sequence[MeasuredModes | MeasuredRun], model: Model, *, align: bool = True, suits: Suits | None = None
+) -> Placed:
     """Pairs every sensor of the `measured` modes and runs with a DOF of `model`, by node id, with the element
     there where it lies between nodes, or by the nearest node.
 
     Where the test has coordinates that are not on the model's nodes as they are, they are brought there
     (`femend.correlate.align_points`), in the unit that the file states where that fits. A scale, a turn of axes or a
     shift that makes them agree is applied with `align`, to places and directions, and is told either way; one that
-    does not make them agree, or that others would do as well with nothing to prefer it, is told and left. A unit is
+    does not make them agree, or that others would do as well with nothing to prefer it, is told and left. Of turns and
+    shifts that do as well the one is taken that shapes suit clearly better, where `suits` tells. A unit is
     applied though some sensors (a third at most) stand off the model, as they may in the right unit. Recordings
     whose geometries do not fit by one alignment are placed one by one where that fits. Raises PairingError for a
     sensor that is far from every node, with what the alignment says.
@@ -67,8 +74,7 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
     sensors = tuple(dict.fromkeys(d for m in measured for d in m.dofs))
     places, systems = stated(m.geometry for m in measured)
     unit = _unit(measured)
-    grid = ~model.is_scalar
-    ids, xyz = model.node_ids[grid], model.xyz[grid]
+    ids, xyz = model.node_ids[~model.is_scalar], model.xyz[~model.is_scalar]
     nodes = [n for n in dict.fromkeys(d.node for d in sensors) if n in places]
     reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
     points = _points(model, {n: places[n] for n in nodes}, reach)
@@ -76,7 +82,9 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
     if found is None or _on_the_elements(found, points, nodes, places, xyz, reach):
         pairing = _with_frames(_paired(measured, sensors, ids, xyz, places, points), model, systems)
         return Placed(pairing, None, False, (*pairing.warnings, *pairing.notes))
-    apart = None if _fits(found) else _one_by_one(measured, model, align)
+    if align and suits is not None and found.others:
+        found = by_shapes(found, lambda one: _suited(one, measured, sensors, places, model, suits))
+    apart = None if _fits(found) else _one_by_one(measured, model, align, suits)
     if apart is not None:
         return apart
     if not (align and (_helps(found, reach) or _in_another_unit(found, unit))):
@@ -90,10 +98,9 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
         decided = _same(found, reach) and not found.off
         told = told_of(found, nodes, ids, unit, passed, applied=False, decided=decided)
         return Placed(pairing, found, False, (*told, *pairing.warnings, *pairing.notes))
-    moved = {n: found.scale * found.R @ places[n] + found.offset for n in nodes}
     turned = {d: _turned(d, found.R) for d in sensors}
     try:
-        pairs = pair_sensors(list(turned.values()), ids, xyz, sensor_xyz=moved, points=_points(model, moved, reach))
+        pairs = _moved_pairs(found, list(turned.values()), places, model)
     except PairingError as error:
         whose = next(
             (f"recording {m.name!r}: " for m in measured for d in m.dofs if str(turned[d]) == error.sensor), ""
@@ -111,7 +118,36 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
     return Placed(pairing, found, True, (*told, *frames, *pairs.warnings, *pairs.notes))
 
 
-def _one_by_one(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, align: bool) -> Placed | None:
+def _moved_pairs(found: Alignment, turned: Sequence[Dof], places: Mapping[int, FloatArray], model: Model) -> Pairing:
+    """Sensors, `turned` by an alignment, paired at their places moved by it."""
+    grid = ~model.is_scalar
+    xyz = model.xyz[grid]
+    reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
+    nodes = dict.fromkeys(d.node for d in turned if d.node in places)
+    moved = {n: found.scale * found.R @ places[n] + found.offset for n in nodes}
+    return pair_sensors(turned, model.node_ids[grid], xyz, sensor_xyz=moved, points=_points(model, moved, reach))
+
+
+def _suited(
+    found: Alignment,
+    measured: Sequence[MeasuredModes | MeasuredRun],
+    sensors: Sequence[Dof],
+    places: Mapping[int, FloatArray],
+    model: Model,
+    suits: Suits,
+) -> float | None:
+    """How well shapes suit the model with the geometry so `found`; None where that tells nothing."""
+    turned = {d: _turned(d, found.R) for d in sensors}
+    try:
+        pairs = _moved_pairs(found, list(turned.values()), places, model)
+    except PairingError:
+        return None
+    return suits(measured, {d: pairs[t].dof for d, t in turned.items()})
+
+
+def _one_by_one(
+    measured: Sequence[MeasuredModes | MeasuredRun], model: Model, align: bool, suits: Suits | None
+) -> Placed | None:
     """Recordings placed each by its own geometry; None where they share nodes, or where that does not fit either."""
     if len(measured) < 2:
         return None
@@ -119,7 +155,7 @@ def _one_by_one(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, a
     if sum(map(len, nodes)) > len(set().union(*nodes)):
         return None
     try:
-        parts = [placed_sensors([m], model, align=align) for m in measured]
+        parts = [placed_sensors([m], model, align=align, suits=suits) for m in measured]
     except PairingError:
         return None
     if not all(p.alignment is None or _fits(p.alignment) for p in parts):

@@ -12,6 +12,7 @@ from femend.bench.reading.links import values_in
 from femend.bench.reading.measured import ALONE, FRFS, MeasuredModes, measured_modes
 from femend.bench.reading.models import LOWEST, Models
 from femend.bench.reading.placed import Placed, placed_sensors
+from femend.bench.reading.placed_by_shapes import shapes_suit
 from femend.bench.reading.run_compared import ComparedRun, compare_run
 from femend.bench.reading.runs import MeasuredRun, measured_runs, without_runs
 from femend.bench.reading.same_twice import same_twice
@@ -121,7 +122,9 @@ def prepare(
         why = "; ".join(passed) or "there is none with role fit"
         raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
     with steps.step("place sensors"):
-        placed = placed_sensors(every, first, align=study.correlation.align)
+        # beside a solver of the user's own the deck is but a list of places
+        suits = shapes_suit(models, study.correlation.mac_min) if study.solver is None else None
+        placed = placed_sensors(every, first, align=study.correlation.align, suits=suits)
         models.see(placed.points)
     sensors = [d for m in measured for d in m.modes.dofs]
     solver = solver_of(study, placed.places, first, sensors, updating=morphs)
