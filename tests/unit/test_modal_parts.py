@@ -337,3 +337,31 @@ def test_two_poles_of_different_shapes_are_no_split_mode() -> None:
     (said,) = told([[1.0, 0.5 + 0.4j, 0.0, 0.1], [1.0, 0.6, 0.1, 0.0]])
     assert said.startswith("modes 1 and 2 at 35.9")
     assert "probably one mode" in said
+
+
+def test_a_driving_point_that_hardly_moves_makes_no_split_mode() -> None:
+    """Mounts of unlike damping turn the phase where a mode has next to no motion: 104 degrees at 4 % of the residue."""
+    poles = 2j * np.pi * np.array([52.69, 53.59]) - 3.4
+
+    def told(weak: complex) -> list[str]:
+        phi = np.array([[0.2, 0.34], [weak, 0.24]])
+        modes = SimpleNamespace(poles=poles, freq=np.abs(poles) / (2 * np.pi), n_modes=2, shapes=phi)
+        modes.participation = (phi / (2j * poles.imag)).T
+        modes.dofs = (Dof(1, 1), Dof(2, 1))
+        points = tuple(SimpleNamespace(response=i, reference=i, sign=1) for i in (0, 1))
+        test: Any = SimpleNamespace(modes=modes, mpc=np.ones(2), driving_points=points, mass_sd_share=np.zeros(2))
+        return _split_modes(test)
+
+    assert told(0.04 * np.exp(0.5j * np.radians(104))) == []
+    (said,) = told(0.2 * np.exp(0.5j * np.radians(104)))
+    assert "driving-point residue 52 degrees off" in said
+
+
+def test_frfs_of_the_other_sign_of_time_are_told_as_such() -> None:
+    """Poles of conjugate FRFs grow; it was said that sensor or blow is upside down, and to try another band."""
+    frf = known_frf(LINES, FREQ, ZETA, shapes(6, 3), [0], noise=0.005)
+    test = identify_modes(replace(frf, H=frf.H.conj()))
+    assert test.status == "no modes"
+    (said,) = test.advice
+    assert "and 3 in their complex conjugates: they follow exp(-i omega t)" in said
+    assert "upside down" not in said

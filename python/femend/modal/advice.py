@@ -17,16 +17,21 @@ __all__ = ["advice_on"]
 IN_COMMON = 0.5
 
 
-def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str, tuple[str, ...]]:
+def advice_on(test: ModalTest, converged: bool, correlation: float, conjugate: int = 0) -> tuple[str, tuple[str, ...]]:
     """Status ("ok", "doubtful", "no modes") and advice on `test`, whose fit `converged` and left residuals that go
-    together over `correlation` lines. Raises nothing."""
+    together over `correlation` lines; of one without modes the conjugates of its FRFs show `conjugate`. Raises
+    nothing."""
     said = [check.message for check in test.checks if check.message]
     band = f"{plain(test.measured.freq[0])} to {plain(test.measured.freq[-1])} Hz"
     if not test.modes.n_modes:
-        said.append(
-            f"no mode was found from {band} in {test.measured.H.shape[1] * test.measured.H.shape[2]} FRFs; look at the "
-            "stabilisation diagram, try another band or a higher max_order"
-        )
+        none = f"no mode was found from {band} in {test.measured.H.shape[1] * test.measured.H.shape[2]} FRFs"
+        if conjugate:  # their driving points look upside down, and are not
+            return "no modes", (
+                f"{none}, and {plain(conjugate)} in their complex conjugates: they follow exp(-i omega t), or their "
+                "phases have the other sign, and femend takes exp(+i omega t); change the sign of all imaginary parts "
+                "(or phases)",
+            )
+        said.append(f"{none}; look at the stabilisation diagram, try another band or a higher max_order")
         return "no modes", tuple(said)
     doubtful = bool(said)
     if not converged:
@@ -108,15 +113,17 @@ def _common_axes(test: ModalTest) -> NDArray[np.float64]:
 
 
 def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
-    """Angle in degrees of 2 i omega_d A at the driving points, the largest that noise does not explain (n_modes,)."""
+    """Angle in degrees of 2 i omega_d A, the mean over the driving points by the size of A, of modes that stand out of
+    noise there (n_modes,). Of a point that hardly moves in a mode any phase is that of light damping."""
     modes = test.modes
-    angle = np.zeros(modes.n_modes)
+    angle, size = np.zeros(modes.n_modes), np.full(modes.n_modes, 1e-300)
     if modes.participation is None:
         return angle
     for point in test.driving_points:
         A = point.sign * modes.shapes[point.response] * modes.participation[:, point.reference]
-        angle = np.maximum(angle, np.abs(np.angle(2j * modes.poles.imag * A, deg=True)))
-    return np.where(test.mass_sd_share < 0.2, angle, 0.0)
+        angle += np.abs(A) * np.abs(np.angle(2j * modes.poles.imag * A, deg=True))
+        size += np.abs(A)
+    return np.where(test.mass_sd_share < 0.2, angle / size, 0.0)
 
 
 def _poor_modes(test: ModalTest) -> list[str]:

@@ -88,8 +88,16 @@ def identify_modes(
     test = _assembled(used, H, noise, modes, fit, roved, diagram, points)
     test = replace(test, shape_sd=_shape_sd(fitted, fit))
     test = replace(test, dropped=found.dropped, checks=_checks(used, modes, geometry))
-    status, advice = advice_on(test, fitted.converged, fitted.correlation)
+    conjugate = 0 if modes.n_modes else _conjugate_modes(used, H, noise, max_order, residuals, max_zeta)
+    status, advice = advice_on(test, fitted.converged, fitted.correlation, conjugate)
     return replace(test, status=status, advice=advice)
+
+
+def _conjugate_modes(used: FRF, H: Complex, noise: Real, max_order: int | None, residuals: str, max_zeta: float) -> int:
+    """How many modes the conjugates of H (n_freq, n_out, n_ref) show: poles of FRFs of exp(-i omega t) grow, so that
+    these show none."""
+    other = find_modes(used.freq, H.conj(), derivative_power(used.kind), noise, max_order, residuals, max_zeta)
+    return int(other.fitted.fit.poles.size)
 
 
 def line_noise(H: Complex) -> Real:
