@@ -154,6 +154,27 @@ def test_a_sensor_that_stands_off_is_told_in_the_models_unit() -> None:
     assert "its coordinates are in mm but were read as m" in str(error.value)
 
 
+def test_sensors_between_nodes_in_another_unit_are_scaled_by_the_unit_alone(tmp_path: Path) -> None:
+    """Brought onto nodes they were scaled by 2 % and moved by 17 mm."""
+    lines = ["BEGIN BULK", "MAT1,1,7.+10,,0.3,2700.", "PSHELL,1,1,.002,1"]
+    for j, i in np.ndindex(9, 13):
+        lines.append(f"GRID,{1 + i + 13 * j},,{0.05 * i:.2f},{0.05 * j:.2f},0.")
+    for j, i in np.ndindex(8, 12):
+        n = 1 + i + 13 * j
+        lines.append(f"CQUAD4,{n},1,{n},{n + 1},{n + 14},{n + 13}")
+    (tmp_path / "plate.bdf").write_text("\n".join([*lines, "ENDDATA", ""]))
+    model = read_model(tmp_path / "plate.bdf")
+    at = np.array([(x, y, 0.0) for x in (0.09, 0.21, 0.33, 0.46, 0.53) for y in (0.06, 0.17, 0.27, 0.35)])
+    for turn in (np.eye(3), AXES):
+        placed = placed_sensors([measured(1e3 * at @ turn)], model)
+        assert placed.applied
+        assert placed.alignment is not None
+        np.testing.assert_allclose(placed.alignment.xyz, at, atol=1e-12)
+        assert len(placed.points) == len(at)
+        assert "in mm but were read as m, as the file states no unit" in placed.warnings[0]
+        assert not any("shift" in w for w in placed.warnings)
+
+
 def test_what_does_not_fit_is_told_in_one_clause() -> None:
     rng = np.random.default_rng(0)
     with pytest.raises(

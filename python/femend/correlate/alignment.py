@@ -14,7 +14,7 @@ from femend.correlate._fits import Fit, Fits, best_fits
 from femend.errors import CorrelationError
 from femend.numerals import plain
 
-__all__ = ["Alignment", "align_points"]
+__all__ = ["AXES_NEAR", "Alignment", "align_points", "posed", "unit_scales"]
 
 FloatArray = NDArray[np.float64]
 
@@ -130,6 +130,21 @@ def _aligned(fit: Fit, a: FloatArray, reach: float) -> Alignment:
     return Alignment(fit.R, fit.scale, fit.shift, xyz, fit.mate, fit.distance, off, 0, notes)
 
 
+def posed(test: FloatArray, model: FloatArray, R: FloatArray, scale: float) -> Alignment:
+    """Points `test` (n, 3) turned by `R` and scaled, with no shift, each with the nearest of `model` (m, 3) as mate,
+    none of them off. Raises nothing."""
+    xyz = scale * test @ R.T
+    mate = np.array([int(np.argmin(np.linalg.norm(model - x, axis=1))) for x in xyz])
+    distance = np.linalg.norm(xyz - model[mate], axis=1)
+    return Alignment(R, scale, np.zeros(3), xyz, mate, distance, (), 0, tuple(_frame_notes(R, scale)))
+
+
+def unit_scales(test: FloatArray, model: FloatArray) -> list[float]:
+    """Model units per test unit for which points `test` (n, 3) are spread over a good part of `model` (m, 3)."""
+    of_test, of_model = (float(np.linalg.norm(np.ptp(x, axis=0))) for x in (test, model))
+    return [u for u in UNITS if SIZES[0] < u * of_test / of_model < SIZES[1]]
+
+
 def _as_is(fit: Fit) -> bool:
     return fit.scale == 1.0 and not fit.shift.any() and bool((np.eye(3) == fit.R).all())
 
@@ -195,7 +210,7 @@ def _consensus(
 def _closest(a: FloatArray, b: FloatArray, scale: str, reach: float) -> Fits:
     """Mates by nearest points over all turns of axes and units."""
     size_a, size_b = (float(np.linalg.norm(np.ptp(x, axis=0))) for x in (a, b))
-    scales = [1.0] if scale == "none" else [u for u in UNITS if SIZES[0] < u * size_a / size_b < SIZES[1]]
+    scales = [1.0] if scale == "none" else unit_scales(a, b)
     if scale == "free" or not scales:
         scales.append(size_b / size_a)
     return best_fits(a, b, scales, reach)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.bench.reading.measured import MeasuredModes
 from femend.bench.reading.placed_by_shapes import by_shapes
+from femend.bench.reading.placed_in_unit import in_unit_alone
 from femend.bench.reading.placed_words import MISPLACED, shift_words, told_of, unit_words
 from femend.bench.reading.runs import MeasuredRun
 from femend.correlate import Alignment, align_points
@@ -73,16 +74,17 @@ def placed_sensors(
     """
     sensors = tuple(dict.fromkeys(d for m in measured for d in m.dofs))
     places, systems = stated(m.geometry for m in measured)
-    unit = _unit(measured)
     ids, xyz = model.node_ids[~model.is_scalar], model.xyz[~model.is_scalar]
     nodes = [n for n in dict.fromkeys(d.node for d in sensors) if n in places]
     reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
+    on = ON_ELEMENT / PAIRING_TOLERANCE * reach
     points = _points(model, {n: places[n] for n in nodes}, reach)
-    found = _alignment(nodes, places, ids, xyz, unit is not None)
-    if found is None or _on_the_elements(found, points, nodes, places, xyz, reach):
+    found = _alignment(nodes, places, ids, xyz, (unit := _unit(measured)) is not None)
+    if found is None or _on_the_elements(found, points, nodes, places, xyz, on):
         pairing = _with_frames(_paired(measured, sensors, ids, xyz, places, points), model, systems)
         return Placed(pairing, None, False, (*pairing.warnings, *pairing.notes))
-    if align and suits is not None and found.others:
+    found = in_unit_alone(found, nodes, places, xyz, on, lambda at: _points(model, at, reach)) or found
+    if align and suits is not None:
         found = by_shapes(found, lambda one: _suited(one, measured, sensors, places, model, suits))
     apart = None if _fits(found) else _one_by_one(measured, model, align, suits)
     if apart is not None:
@@ -212,11 +214,10 @@ def _on_the_elements(
     nodes: Sequence[int],
     places: Mapping[int, FloatArray],
     xyz: FloatArray,
-    reach: float,
+    on: float,
 ) -> bool:
     """Are all test nodes where they are on elements of the model, if not on its nodes, and those at nodes there too?
-    Then a shift alone is none: it would move them from between nodes onto nodes."""
-    on = ON_ELEMENT / PAIRING_TOLERANCE * reach
+    Within `on` of them. Then a shift alone is none: it would move them from between nodes onto nodes."""
     if not points or not np.allclose(found.R, np.eye(3), atol=AXES_NEAR) or abs(found.scale - 1) > AXES_NEAR:
         return False
     rest = [n for n in nodes if n not in points]

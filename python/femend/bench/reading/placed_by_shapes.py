@@ -29,7 +29,7 @@ def by_shapes(found: Alignment, suits: Callable[[Alignment], float | None]) -> A
     """The one of `found` and its `others` that shapes suit clearly better than any other, told in its last note; as it
     was found where none does, or where more fit than a body has turns. `suits` gives a mean MAC, or None where nothing
     is told."""
-    if len(found.others) > MOST:
+    if not 0 < len(found.others) <= MOST:
         return found
     tried = [(score, one) for one in (found, *found.others) if (score := suits(one)) is not None]
     if len(tried) < 2:
