@@ -254,6 +254,10 @@ def test_directions_at_nodes_with_displacement_systems_are_told(tmp_path: Path) 
     # a file without a geometry states no system: the shapes say it all the same
     assert said(basic, None) == said(basic)
     assert said(own, None) == [[], []]
+    # two of three modes that the model has not (rad/s) suit neither, which says nothing of axes
+    write_modes(tmp_path / "modes.uff", modes.freq * [2 * np.pi, 2 * np.pi, 1.0], basic, dofs)
+    warnings = correlate_study(tmp_path / "study.toml").result["warnings"]
+    assert not any("were recorded in basic axes" in w for w in warnings)
     # motion along Z, and at the node that has no system, suits both alike
     alike = own.copy()
     alike[[0, 1, 3, 4]] = 0.0

@@ -193,6 +193,14 @@ def test_modes_that_stand_twice_or_as_conjugates_count_once(tmp_path: Path) -> N
     assert found[2] == ("3 modes that stand twice, or as conjugates of others, are left out",)
 
 
+def test_a_mode_that_moves_nowhere_is_named(tmp_path: Path) -> None:
+    poles = np.array([-1.0 + 60.0j, -2.0 + 2j * np.pi * 25.0])
+    still = modes_55(IdentifiedModes((Dof(7, 3), Dof(12, 3)), poles, np.array([[1.0, 0.0], [0.5, 0.0]])))
+    write_uff(tmp_path / "still.unv", UniversalFile("still.unv", modes=tuple(still)))
+    with pytest.raises(FormatError, match=r"data set 2 \(type 55\): the mode at 25\.\d* Hz is 0 at all of the 6 DOFs"):
+        read_modes(tmp_path / "still.unv")
+
+
 def test_shapes_that_are_no_numbers_and_operating_shapes_are_told(file: Path) -> None:
     file.write_text(REAL.replace("-5.00000E-01", "         NaN"))
     with pytest.raises(FormatError, match=r"the mode at 12\.5 Hz is not a number at 12:\+Z \(1 in all\)"):

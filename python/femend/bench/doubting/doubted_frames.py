@@ -24,12 +24,15 @@ __all__ = ["with_frames_settled"]
 
 # mean MAC by which one set of axes has to suit better than the other
 CLEAR = 0.05
+# mean MAC below which neither is suited: what pairs there are look alike by chance
+SUITED = 0.5
 
 
 def with_frames_settled(prepared: Prepared, compared: Sequence[Compared], warnings: Sequence[str]) -> list[str]:
     """The `warnings` with those of displacement systems answered, where the shapes of all that is `compared` suit one
     set of axes clearly better: those that the directions are read in are right, and nothing is told, or basic ones are,
-    which is told of files that state no systems too."""
+    which is told of files that state no systems too. Shapes that suit neither (frequencies in rad/s, another structure)
+    answer nothing."""
     systems = stated(m.geometry for m in prepared.measured)[1]
     pairing, model = prepared.placed.pairing, prepared.model
     # of a file that states no systems the shapes are asked too
@@ -42,7 +45,7 @@ def with_frames_settled(prepared: Prepared, compared: Sequence[Compared], warnin
         basic = float(np.mean([_suits(c, _in_basic_axes(prepared, c, nodes)) for c in compared]))
     except FemendError:
         return list(warnings)  # what cannot be compared answers nothing
-    if abs(own - basic) < CLEAR:
+    if abs(own - basic) < CLEAR or max(own, basic) < SUITED:
         return list(warnings)
     told = (
         f"sensors at node {_named(nodes)} were recorded in basic axes, while their directions are read in the "

@@ -21,6 +21,8 @@ __all__ = ["by_shapes", "shapes_suit"]
 
 # mean MAC by which one placing has to suit better than the next; as of sets of axes (`doubting.doubted_frames`)
 CLEAR = 0.05
+# mean MAC below which none is suited
+SUITED = 0.5
 # a body has 48 turns of axes onto axes; where more fit, points slide along a mesh
 MOST = 48
 
@@ -36,7 +38,7 @@ def by_shapes(found: Alignment, suits: Callable[[Alignment], float | None]) -> A
         return found
     tried.sort(key=lambda t: -t[0])
     (best, taken), (second, next_one) = tried[:2]
-    if best - second < CLEAR:
+    if best < SUITED or best - second < CLEAR:
         return found
     n = found.alike
     named = next_one.notes[0] if next_one.notes else "none"

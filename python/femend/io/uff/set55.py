@@ -137,7 +137,7 @@ def identified_modes(modes: Sequence[Mode55], file: str) -> tuple[IdentifiedMode
     Directions that are 0 in all modes were not measured (the format has no other way to say so), which is noted where
     most nodes move along them, and of nodes that move along none, since a dead sensor looks the same; DOFs that a mode
     lacks are left out, modes at 0 Hz (of a free body) too, and those that stand twice, as with both poles of a
-    conjugate pair. Raises FormatError where nothing is left, or a value is no number.
+    conjugate pair. Raises FormatError where nothing is left, a value is no number, or a mode moves nowhere.
     """
     for m in modes:
         wrong = np.argwhere(~np.isfinite(m.values))
@@ -170,6 +170,13 @@ def identified_modes(modes: Sequence[Mode55], file: str) -> tuple[IdentifiedMode
             "export shapes and frequencies together",
             file=file,
         )
+    for m, shape in zip(elastic, shapes.T, strict=True):
+        if not shape.any():
+            raise FormatError(
+                f"{file}: data set {m.record} (type 55): the mode at {m.freq:g} Hz is 0 at all of the {len(shared)} "
+                "DOFs that every mode has; export its shape again, or leave the mode out",
+                file=file,
+            )
     dofs = tuple(d for d, m in zip(shared, moving, strict=True) if m)
     still = _perhaps_dead(shared, dofs)
     if still:
