@@ -47,6 +47,18 @@ def test_units_that_do_not_fit_the_deck_are_told_with_those_that_do(tmp_path: Pa
     assert "in the units" not in run(path, "--units", "mm-t-s").output
 
 
+def test_a_density_in_the_unit_of_another_system_is_told_of_one_material_too(tmp_path: Path) -> None:
+    path = beam(tmp_path, extra=("MAT1,2,7.+10,,0.3,2700.", "PBAR,2,2,6.-4,5.-8,5.-8,8.-8"))
+    assert "RHO" not in run(path).output
+    sound = path.read_text()
+    path.write_text(sound.replace("0.3,7850.", "0.3,7.85+6"))
+    assert "MAT1 1 has a density of 7.85e+06, which is 7850000 kg/m³ in the units 'SI', 350 times" in run(path).output
+    # a mass that is smeared, and none
+    for rho in ("0.3,2.+5", "0.3,1.-12"):
+        path.write_text(sound.replace("0.3,7850.", rho))
+        assert "RHO" not in run(path).output
+
+
 def test_a_cantilever_has_the_frequencies_and_effective_masses_of_beam_theory(tmp_path: Path) -> None:
     found = rows(run(beam(tmp_path), "--n", 4))
     # Clamped-free Euler-Bernoulli roots; effective masses of a uniform cantilever 61.3 %, 18.8 %.

@@ -16,6 +16,8 @@ __all__ = ["material_doubts"]
 
 # from rubber to diamond, in Pa, and from cork to osmium, in kg/m³; foams and smeared masses are given their room
 E_RANGE, RHO_RANGE = (1e6, 2e12), (10.0, 3e4)
+# kg/m³, no mass is smeared so thick: osmium has 22 600, steel that is given in the unit of another system 7.85e6
+HEAVIEST, OSMIUM = 1e6, 22600.0
 # m/s, root of modulus over density: 5 km/s in metals, 13 in beryllium, 18 in diamond
 FASTEST = 2.5e4
 # what PARAM,WTMASS makes of masses that are given otherwise in a unit system: its value, and what they then are
@@ -37,7 +39,8 @@ def material_doubts(deck: _core.Deck, units: str, said: str = "[model] units") -
     `units`, or none both at a speed of sound that there is; the PARAM,WTMASS, or the system, with which all have is
     named. Values left out and densities of 0 do not count. `said` is where the user says the units.
 
-    One material alone may be a stand-in: a link that is to be rigid, a mass that is smeared.
+    One material alone may be a stand-in: a link that is to be rigid, a mass that is smeared. Told of single ones is a
+    density far beyond what is smeared.
     """
     # a deck of weights has its densities times this
     mass = mass_of_card(deck)
@@ -45,11 +48,21 @@ def material_doubts(deck: _core.Deck, units: str, said: str = "[model] units") -
     own = unit_system(units)
     wrong = _wrong(moduli, densities, mass, own)
     if not wrong:
-        return []
+        return _far_too_heavy(densities, mass, own)
     said_of = "; ".join(f"MAT1 {mid} has {' and '.join(of_it)}" for mid, of_it in wrong.items())
     return [
         f"in the units {units!r} no material of the deck is a solid's: {said_of}; "
         f"{_hint(moduli, densities, mass, own)}check {said}, and E and RHO of the deck"
+    ]
+
+
+def _far_too_heavy(densities: Values, mass: float, own: UnitSystem) -> list[str]:
+    """A sentence on materials whose density is beyond any that a smeared mass has, beside others that are solids'."""
+    heavy = {m: rho for m, v in densities.items() if (rho := _si(v * mass, "density", own)) > HEAVIEST}
+    return [
+        f"MAT1 {mid} has a density of {densities[mid]:.6g}, which is {plain(rho, 3)} kg/m³ in the units {own.name!r}, "
+        f"{plain(rho / OSMIUM, 2)} times that of osmium, while other materials have those of solids: correct its RHO"
+        for mid, rho in heavy.items()
     ]
 
 
