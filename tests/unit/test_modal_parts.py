@@ -28,11 +28,12 @@ from femend.modal import (
     swap_check,
 )
 from femend.modal.advice import _split_modes
-from femend.modal.checks import rigid_body_rows
+from femend.modal.checks import SensorCheck, rigid_body_rows
 from femend.modal.fraction import lag_sums
 from femend.modal.lsfd import columns, stacked
 from femend.modal.plscf import PoleTable
 from femend.modal.refine import _State
+from femend.modal.scaling import DrivingPoint
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from modal_models import known_frf, shapes
@@ -343,18 +344,22 @@ def test_a_driving_point_that_hardly_moves_makes_no_split_mode() -> None:
     """Mounts of unlike damping turn the phase where a mode has next to no motion: 104 degrees at 4 % of the residue."""
     poles = 2j * np.pi * np.array([52.69, 53.59]) - 3.4
 
-    def told(weak: complex) -> list[str]:
+    def told(weak: complex, *checks: SensorCheck) -> list[str]:
         phi = np.array([[0.2, 0.34], [weak, 0.24]])
         modes = SimpleNamespace(poles=poles, freq=np.abs(poles) / (2 * np.pi), n_modes=2, shapes=phi)
         modes.participation = (phi / (2j * poles.imag)).T
         modes.dofs = (Dof(1, 1), Dof(2, 1))
-        points = tuple(SimpleNamespace(response=i, reference=i, sign=1) for i in (0, 1))
+        points = tuple(DrivingPoint(d, i, i, 1) for i, d in enumerate(modes.dofs))
         test: Any = SimpleNamespace(modes=modes, mpc=np.ones(2), driving_points=points, mass_sd_share=np.zeros(2))
+        test.checks = checks
         return _split_modes(test)
 
     assert told(0.04 * np.exp(0.5j * np.radians(104))) == []
     (said,) = told(0.2 * np.exp(0.5j * np.radians(104)))
     assert "driving-point residue 52 degrees off" in said
+    # a sensor that is told to be upside down is the reason itself
+    reversed_ = SensorCheck("driving point", "2:+X", "reversed", -1.0, "upside down")
+    assert told(0.2 * np.exp(0.5j * np.radians(104)), reversed_) == []
 
 
 def test_frfs_of_the_other_sign_of_time_are_told_as_such() -> None:

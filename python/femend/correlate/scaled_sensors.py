@@ -24,10 +24,11 @@ FloatArray = NDArray[np.float64]
 
 # a sensor whose motion over all modes is this factor from what the others' is, against the model, is looked into
 SUSPECT = 2.5
-# of a sensor that shows less than this share of what the model moves there nothing is a shape
-DEAD = 0.1
 # what it shows has to go with the model over the modes like this (cosine), or no factor is the mistake
 ALIKE = 0.9
+# a sensor that shows less than this share of what the model moves there is dead, unless that goes with the model like
+# this: g read as m/s² are 0.102 of it, and in step, as noise is not
+DEAD, IN_STEP = 0.1, 0.95
 # mean MAC of the pairs without the sensor, and their number, below which the model tells nothing of single sensors
 TELLS, PAIRS = 0.85, 3
 # share of the mean motion of a sensor that the model has to have there
@@ -112,9 +113,9 @@ def _told(
     energy, own = float(np.sum(np.abs(expected) ** 2)), float(np.sum(np.abs(shown) ** 2))
     if energy == 0:
         return None
-    if own < DEAD**2 * energy:
-        return ScaledSensor(row, name, 0.0, len(pairing.pairs), mac)
     along = float(np.real(np.sum(expected.conj() * shown)))
+    if own < DEAD**2 * energy and abs(along) < IN_STEP * np.sqrt(energy * own):
+        return ScaledSensor(row, name, 0.0, len(pairing.pairs), mac)
     factor = along / energy
     if abs(along) < ALIKE * np.sqrt(energy * own) or not (abs(factor) > SUSPECT or abs(factor) < 1 / SUSPECT):
         return None

@@ -114,12 +114,16 @@ def _common_axes(test: ModalTest) -> NDArray[np.float64]:
 
 def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
     """Angle in degrees of 2 i omega_d A, the mean over the driving points by the size of A, of modes that stand out of
-    noise there (n_modes,). Of a point that hardly moves in a mode any phase is that of light damping."""
+    noise there (n_modes,). Of a point that hardly moves in a mode any phase is that of light damping; one that is
+    told to be upside down, or no one place, tells nothing of modes."""
     modes = test.modes
     angle, size = np.zeros(modes.n_modes), np.full(modes.n_modes, 1e-300)
     if modes.participation is None:
         return angle
+    doubted = {c.subject for c in test.checks if c.kind == "driving point" and c.message}
     for point in test.driving_points:
+        if doubted & {str(point.dof), str(point.dof.unsigned)}:
+            continue
         A = point.sign * modes.shapes[point.response] * modes.participation[:, point.reference]
         angle += np.abs(A) * np.abs(np.angle(2j * modes.poles.imag * A, deg=True))
         size += np.abs(A)
