@@ -20,6 +20,7 @@ from femend.diagnose.loads.unmeasured import (
     _from_outside,
     _mean_force,
     _nearly_all,
+    _one_tone,
     plainly_unmeasured,
 )
 from femend.diagnose.locating.recovered import STANDS_OUT, _standing_out, _wiener
@@ -77,6 +78,27 @@ def test_frfs_show_no_force_that_was_not_recorded() -> None:
     )
     place = SimpleNamespace(place=SimpleNamespace(kind="ground", n_w=1), fit=SimpleNamespace(score=9.0), cost=1.0)
     assert not plainly_unmeasured(cast(Any, given), cast(Any, [place]))
+
+
+@pytest.mark.parametrize(
+    ("sizes", "lines", "noise", "tone"),
+    [
+        ((10.0, 10.2, 9.9), (200, 200, 200), 0.1, True),
+        ((10.0, 30.0, 90.0), (200, 200, 200), 0.1, False),  # grows with the level, as what a motion makes
+        ((10.0, 10.0, 10.0), (200, 230, 200), 0.1, False),
+        ((10.0, 10.0, 10.0), (200, 200, 200), 1.0, False),
+    ],
+)
+def test_a_tone_is_the_same_in_all_recordings_whatever_its_phase(
+    sizes: tuple[float, ...], lines: tuple[int, ...], noise: float, tone: bool
+) -> None:
+    freq = np.arange(20, 420) / 4.0
+    forces = [noise * spectra(i, 400) for i in range(RECORDS)]
+    for i, (force, size, line) in enumerate(zip(forces, sizes, lines, strict=True)):
+        force[line] += size * 4 * np.exp(2.0j * i)
+    given = recovered(forces, [np.arange(20, 420)] * RECORDS)
+    given.freq = [freq] * RECORDS
+    assert _one_tone(given) is tone
 
 
 def test_forces_of_their_own_have_nothing_in_common() -> None:

@@ -39,6 +39,8 @@ DISSIPATED = 0.15
 # share of a force's power within a few lines from which it is a harmonic one; correlation from which it repeats
 HARMONIC, REPEATS = 0.6, 0.7
 NEAR_LINES = 3
+# the same share from which it is nothing but a tone
+PURE = 0.9
 # correlation below which the measured forces of two recordings differ, and above which unrecorded ones are the same
 DIFFERENT, SAME = 0.5, 0.9
 # amplitudes of a harmonic force in the recordings differ by at most this factor; a law's grow with the level
@@ -144,8 +146,8 @@ def _on_the_structure(given: Given, located: Sequence[Located]) -> list[tuple[Lo
 
 
 def plainly_unmeasured(given: Given, located: Sequence[Located]) -> bool:
-    """Whether recordings with different forces of different levels show one and the same force at the best place, or
-    one on a few lines on which the place hardly moves.
+    """Whether recordings with different forces of different levels show one and the same force at the best place, the
+    same tone of whatever phase, or a force on a few lines on which the place hardly moves.
 
     No law does that, so that none needs to be tried.
     """
@@ -163,10 +165,30 @@ def plainly_unmeasured(given: Given, located: Sequence[Located]) -> bool:
     if np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]).max() > DIFFERENT:
         return False
     recovered = _recovered(given, best)
-    if recovered is None or not _common(recovered):
+    if recovered is None:
+        return False
+    if best.fit.score <= given.settings.consistent and best.place.kind == "ground" and _one_tone(recovered):
+        return _from_outside(problem, recovered)
+    if not _common(recovered):
         return False
     _, alike, ratio = _mean_force(recovered)
     return bool(min(alike) > SAME and max(ratio) < ALIKE and min(ratio) > 1 / ALIKE)
+
+
+def _one_tone(recovered: Recovered) -> bool:
+    """Whether nearly all of what a place did stands about the same line in all recordings, as strong in each: what a
+    motion makes goes with its level, and has the frequencies of the recorded force or of the modes."""
+    tops, sizes = [], []
+    for freq, F in zip(recovered.freq, recovered.F, strict=True):
+        power = np.abs(F[:, 0]) ** 2
+        top = int(np.argmax(power))
+        near = power[max(0, top - NEAR_LINES) : top + NEAR_LINES + 1]
+        if near.sum() < PURE * power.sum():
+            return False
+        tops.append(float(freq[top]))
+        sizes.append(float(np.sqrt(near.sum())) / len(freq))
+    apart = max(abs(f[1] - f[0]) for f in recovered.freq)
+    return bool(max(tops) - min(tops) <= 2 * apart and max(sizes) < ALIKE * min(sizes))
 
 
 def _recovered(given: Given, best: Located) -> Recovered | None:
