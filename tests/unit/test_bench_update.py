@@ -267,17 +267,17 @@ def test_what_cannot_be_posed(folder: Path, run: UpdateRun, tmp_path: Path) -> N
 
 
 def test_a_refused_update_says_what_of_the_test_looks_mistaken(tmp_path: Path) -> None:
-    """Frequencies in 1/min at the model's shapes: none counts, and that is why."""
+    """Frequencies four times the model's at its shapes: none counts, and that is why."""
     (tmp_path / "model.bdf").write_text(deck())
     own = tmp_path / "study.toml"
     own.write_text(study_text(RECORDINGS[:1], ""))
     modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=5)
     phi = modes.phi[[modes.dofs.index(d) for d in DOFS]]
-    write_modes(tmp_path / "tip.uff", modes.freq * 60, phi, DOFS)
+    write_modes(tmp_path / "tip.uff", modes.freq * 4, phi, DOFS)
     with pytest.raises(UpdatingError) as refused:
         update_study(own)
     said = str(refused.value)
-    assert "they look like 1/min; give them in Hz" in said.partition("does not count")[0]
+    assert "check units, modulus, density and thickness of the deck" in said.partition("does not count")[0]
     # three modes say why they do not count, and not all of them
     assert said.count("does not count") == 3
     assert said.endswith("and 2 more")

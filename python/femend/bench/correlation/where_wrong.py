@@ -58,9 +58,8 @@ def where_wrong(c: Compared, model: Model, study: Study) -> WhereWrong | None:
     Sensors that look mistaken are left out. None for a held-out recording, without a pair, for fewer than three sensors
     at DOFs of their own, and for a model of more than 20,000 DOFs. What cannot be expanded is told in `why`.
     """
-    mistaken = {i: str(c.dofs[i]) for i in (*(s.row for s in c.scaled), *(i for f in c.faults for i in f.rows))}
-    left_out = tuple(mistaken.values())
-    rows, test = sensor_rows(c, model, mistaken)
+    left_out = tuple(c.mistaken.values())
+    rows, test = sensor_rows(c, model, c.mistaken)
     at = c.comparison.pairing.a
     if c.measured.role != "fit" or model.fe.n_a > LARGEST or not at.size:
         return None

@@ -11,7 +11,7 @@ from femend.bench.reading.measured import ALONE
 from femend.correlate.tables import ModeRow
 from femend.numerals import plain
 
-__all__ = ["FREQUENCIES_FIRST", "doubted_frequencies", "far_pairs"]
+__all__ = ["FREQUENCIES_FIRST", "doubted_frequencies", "far_pairs", "in_another_unit"]
 
 FREQUENCIES_FIRST = "mend the frequencies that are all off by one factor first: parameters cannot make up for it"
 # ratios nearer than this to their median, as logarithms, are one factor: a model before its update is off by as much
@@ -34,25 +34,36 @@ def doubted_frequencies(compared: Sequence[Compared]) -> list[str]:
 
     Of responses alone the time axis is looked at (`doubted_times`), and nothing is told here.
     """
-    told = []
-    for c in compared:
-        same = _one_factor(c)
-        if c.measured.how == ALONE or not same:
-            continue
-        ratios = [1.0 / (1.0 + r.freq_difference) for r in same]
-        factor = float(np.exp(np.median(np.log(ratios))))
-        near = min(KNOWN, key=lambda known: abs(np.log(known[0] / factor)))
-        looks = (
-            f"about {near[1]}; give them in Hz, or check the units of the deck"
-            if abs(np.log(near[0] / factor)) < ONE
-            else "check units, modulus, density and thickness of the deck (frequencies follow the root of stiffness "
-            "over mass), and the unit of the measured frequencies"
-        )
-        told.append(
-            f"recording {c.measured.name!r}: {len(same)} of {c.n_test} measured modes have the model's shapes at "
-            f"{plain(min(ratios), 3)} to {plain(max(ratios), 3)} times its frequencies, {looks}"
-        )
-    return told
+    return [text for c in compared if (text := _told(c)[0])]
+
+
+def in_another_unit(compared: Sequence[Compared]) -> list[str]:
+    """As `doubted_frequencies`, of those alone whose factor is that of a known mistake (rad/s, 1/min, ms): no parameter
+    may make up for these."""
+    found = [_told(c) for c in compared]
+    return [text for text, known in found if known]
+
+
+def _told(c: Compared) -> tuple[str, bool]:
+    """What is told of a recording whose frequencies are off by one factor, "" of others, and is it a known one?"""
+    same = _one_factor(c)
+    if c.measured.how == ALONE or not same:
+        return "", False
+    ratios = [1.0 / (1.0 + r.freq_difference) for r in same]
+    factor = float(np.exp(np.median(np.log(ratios))))
+    near = min(KNOWN, key=lambda known: abs(np.log(known[0] / factor)))
+    known = bool(abs(np.log(near[0] / factor)) < ONE)
+    looks = (
+        f"about {near[1]}; give them in Hz, or check the units of the deck"
+        if known
+        else "check units, modulus, density and thickness of the deck (frequencies follow the root of stiffness "
+        "over mass), and the unit of the measured frequencies"
+    )
+    text = (
+        f"recording {c.measured.name!r}: {len(same)} of {c.n_test} measured modes have the model's shapes at "
+        f"{plain(min(ratios), 3)} to {plain(max(ratios), 3)} times its frequencies, {looks}"
+    )
+    return text, known
 
 
 def far_pairs(compared: Sequence[Compared]) -> list[str]:

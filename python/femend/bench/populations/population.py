@@ -15,6 +15,7 @@ from femend.bench.reading.prepared import Prepared, prepare
 from femend.bench.steps import Steps, write_json
 from femend.bench.updating.counted import Counted, counted_modes
 from femend.bench.updating.problem import study_problem
+from femend.bench.updating.without_mistaken import without_mistaken
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.updating import Problem, update_population, updated_deck
 from femend.io import OutputDirectory, refuse_unwritable
@@ -46,8 +47,9 @@ def population(study: str | Path, out: str | Path | None = None, progress: Progr
     prepared = prepare(Path(study), steps, USE, morphs=True)
     _fits(prepared.study)
     with steps.step("weigh what was measured"):
-        before = tuple(prepared.compare(m) for m in prepared.measured)
-        counted = counted_modes(prepared, before)
+        sound = without_mistaken(prepared, [prepared.compare(m) for m in prepared.measured])
+        prepared, before = sound.prepared, sound.compared
+        counted = counted_modes(sound)
         problems = _problems(prepared, counted)
     with steps.step("update all structures"):
         found = update_population([p for _, p in problems], told=steps.progress.advance)
@@ -61,9 +63,7 @@ def population(study: str | Path, out: str | Path | None = None, progress: Progr
         unknowns = found.results[0].problem.unknowns
         mean = dict(zip(unknowns.names, unknowns.values(found.mean).tolist(), strict=True))
         deck = updated_deck(prepared.model, prepared.of_the_deck(mean))
-        result = population_result(
-            prepared, found, structures, deck, counted, deck_priors(prepared.study, prepared.model)
-        )
+        result = population_result(sound, found, structures, deck, counted, deck_priors(prepared.study, prepared.model))
     run = PopulationRun(prepared, found, tuple(structures), deck, result)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from femend.bench.doubting.doubted import MEND_FIRST, doubted_sensors
 from femend.bench.page import fixed, number, percent
 from femend.bench.populations.population_structure import OneStructure
-from femend.bench.reading.prepared import Prepared
 from femend.bench.updating.counted import Counted
+from femend.bench.updating.without_mistaken import Sound
 from femend.estimate.updating import Population, UpdatedDeck
 from femend.numerals import plain
 from femend.report.text_table import table
@@ -24,7 +23,7 @@ HARDLY = 0.5
 
 
 def population_result(
-    prepared: Prepared,
+    sound: Sound,
     found: Population,
     structures: Sequence[OneStructure],
     deck: UpdatedDeck,
@@ -33,7 +32,7 @@ def population_result(
 ) -> dict[str, Any]:
     """The content of population.json; `priors` are means and deviations of the deck's values by name."""
     parameters = _parameters(found, priors)
-    faults = doubted_sensors([b for s in structures for b in s.before])
+    prepared, faults = sound.prepared, sound.doubts
     return {
         "format": FORMAT,
         "title": prepared.study.title,
@@ -43,7 +42,7 @@ def population_result(
         "structures": [_structure(s) for s in structures],
         # a scatter that is none is no doubt
         "doubtful": bool(faults) or not found.converged or any(s.found.status == "at bound" for s in structures),
-        "advice": "; ".join(_advice(found, parameters, structures, bool(faults))),
+        "advice": "; ".join(_advice(found, parameters, structures, sound.mend)),
         "warnings": list(
             dict.fromkeys([*prepared.warnings, *faults, *(t for c in counted for t in c.left_out), *deck.warnings])
         ),
@@ -95,9 +94,9 @@ def _structure(s: OneStructure) -> dict[str, Any]:
 
 
 def _advice(
-    found: Population, parameters: Mapping[str, Any], structures: Sequence[OneStructure], faults: bool
+    found: Population, parameters: Mapping[str, Any], structures: Sequence[OneStructure], mend: Sequence[str]
 ) -> list[str]:
-    said = [MEND_FIRST] if faults else []
+    said = [*mend]
     if not found.converged:
         said.append(
             f"mean and scatter still changed after {found.n_rounds} rounds: a scatter that goes to 0, or parameters "

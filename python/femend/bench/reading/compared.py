@@ -74,6 +74,12 @@ class Compared:
         return self.comparison.match.dofs
 
     @property
+    def mistaken(self) -> dict[int, str]:
+        """Sensors that look reversed, exchanged or a factor off: names by their rows of `dofs`."""
+        rows = (*(s.row for s in self.scaled), *(i for f in self.faults for i in f.rows))
+        return {i: str(self.dofs[i]) for i in rows}
+
+    @property
     def n_test(self) -> int:
         """Number of measured modes."""
         return self.test.n_modes

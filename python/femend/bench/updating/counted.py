@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench.doubting.doubted import doubted_sensors, doubted_times
-from femend.bench.doubting.doubted_frequencies import doubted_frequencies
-from femend.bench.reading.compared import Compared
+from femend.bench.doubting.doubted import doubted_times
+from femend.bench.doubting.doubted_frequencies import doubted_frequencies, in_another_unit
 from femend.bench.reading.measured import MeasuredModes
+from femend.bench.updating.without_mistaken import Sound, same_test
 from femend.correlate import compare_modes
 from femend.data import FRF, ModeSet
 from femend.dof import Dof
@@ -76,20 +76,24 @@ class Counted:
         )
 
 
-def counted_modes(prepared: Prepared, before: Sequence[Compared]) -> tuple[Counted, ...]:
+def counted_modes(sound: Sound) -> tuple[Counted, ...]:
     """What the recordings with role fit measured, one entry each, or one for several that repeat one test.
 
-    Where the study names no modes, those count that have a mate in the model as it stands (`before`) with a frequency
+    Where the study names no modes, those count that have a mate in the model as it stands with a frequency
     not too far off: a second pole of one resonance, or a mode the model lacks, would be paired with whatever looks like
     it and pull the parameters there. Raises StudyError for a mode number that a recording does not have, and
-    UpdatingError where repetitions are asked for and there are none, or where no mode counts; without modes an update
-    may be on a rotor's `orders`.
+    UpdatingError for frequencies in another unit, where repetitions are asked for and there are none, or where no mode
+    counts; without modes an update may be on a rotor's `orders`.
     """
+    prepared, before = sound.prepared, sound.compared
     study = prepared.study
     fit = [m for m in prepared.measured if m.role == "fit"]
     # what a rotor's runs say counts without modes too
     if set(study.updating.responses) == {"orders"} or ("orders" in study.updating.responses and not fit):
         return ()
+    wrong = in_another_unit([c for c in sound.recorded if c.measured.role == "fit"])
+    if wrong:
+        raise UpdatingError(f"no update is made of frequencies in another unit: {'; '.join(wrong)}")
     every = [_merged(g, study) for g in (_groups(fit) if study.updating.repeated else [[m] for m in fit])]
     solved: dict[str, ModeSet] = {}
     for c in before:
@@ -100,16 +104,16 @@ def counted_modes(prepared: Prepared, before: Sequence[Compared]) -> tuple[Count
     if set(study.updating.responses) == {"frfs"}:
         return tuple(found)
     if not any(c.freq.size for c in found):
-        raise UpdatingError(_none_counts(prepared, before, [text for c in found for text in c.left_out]))
+        raise UpdatingError(_none_counts(sound, [text for c in found for text in c.left_out]))
     kept = [c for c in found if c.freq.size]
     # what a recording lost all of its modes by is told with the others
     lost = tuple(text for c in found if not c.freq.size for text in c.left_out)
     return (replace(kept[0], left_out=(*kept[0].left_out, *lost)), *kept[1:])
 
 
-def _none_counts(prepared: Prepared, before: Sequence[Compared], left_out: Sequence[str]) -> str:
+def _none_counts(sound: Sound, left_out: Sequence[str]) -> str:
     """That no mode counts: what of the test looks mistaken, if anything does, and why modes were left out."""
-    doubts = [*doubted_times(prepared, before), *doubted_frequencies(before), *doubted_sensors(before)]
+    doubts = [*doubted_times(sound.prepared, sound.recorded), *doubted_frequencies(sound.recorded), *sound.doubts]
     said = "; ".join(text for text in [*doubts, listed(left_out, TOLD, "; ")] if text)
     mend = (
         "" if doubts else "; check sensors, directions and supports (`femend correlate`), or name modes in [updating]"
@@ -121,7 +125,7 @@ def _groups(fit: Sequence[MeasuredModes]) -> list[list[MeasuredModes]]:
     """Recordings of one configuration and the same sensors together."""
     groups: dict[tuple[str, frozenset[Dof]], list[MeasuredModes]] = {}
     for m in fit:
-        groups.setdefault((m.configuration, frozenset(d.unsigned for d in m.modes.dofs)), []).append(m)
+        groups.setdefault(same_test(m), []).append(m)
     if all(len(g) == 1 for g in groups.values()):
         raise UpdatingError(
             f"[updating] repeated = true, but none of the {len(fit)} recordings to fit repeats another one's sensors "

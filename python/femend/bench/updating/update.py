@@ -26,6 +26,7 @@ from femend.bench.updating.surface_start import SurfaceStart, start_on_surface
 from femend.bench.updating.update_content import update_page, write_tables
 from femend.bench.updating.update_result import update_result
 from femend.bench.updating.update_run import UpdateRun
+from femend.bench.updating.without_mistaken import without_mistaken
 from femend.estimate.updating import (
     Iteration,
     Problem,
@@ -67,23 +68,26 @@ def update(
     """Updates the parameters of `study` on what its fit recordings measured, as its table [updating] says: modes and
     FRFs, and orders of a rotor's runs.
 
-    Recordings with role validate are compared with the model before and after and have no part in it. With a folder
-    `out` everything is written there: updating.json, updating.html, model.updated.bdf with the changed values where
-    they stood, model.diff, tables as CSV and updating.run.json. `history` is a file that keeps every iteration (its
-    folder is made where there is none); where it is there, the search goes on from it (the one from the deck, where
-    there are more starts). Raises OSError where something cannot be written, the errors of the readers (StudyError,
-    DeckError, FormatError, RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot
-    be posed: no mode with a mate, fewer values than unknowns; nothing is written then. Stopped by hand
-    (KeyboardInterrupt) after the search from the deck, while it follows other starts or draws, it writes what was found
-    and raises UpdateInterrupted with it; before, nothing is written, and the error says what `history` kept.
+    Recordings with role validate are compared with the model before and after and have no part in it, and neither have
+    sensors that look reversed, exchanged or a factor off, which warnings name. With a folder `out` everything is
+    written there: updating.json, updating.html, model.updated.bdf with the changed values where they stood, model.diff,
+    tables as CSV and updating.run.json. `history` is a file that keeps every iteration (its folder is made where there
+    is none); where it is there, the search goes on from it (the one from the deck, where there are more starts). Raises
+    OSError where something cannot be written, the errors of the readers (StudyError, DeckError, FormatError,
+    RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot be posed: no mode with a
+    mate, fewer values than unknowns, frequencies in another unit (rad/s), fewer than three sensors that do not look
+    mistaken; nothing is written then. Stopped by hand (KeyboardInterrupt) after the search from the deck, while it
+    follows other starts or draws, it writes what was found and raises UpdateInterrupted with it; before, nothing is
+    written, and the error says what `history` kept.
     """
     _refuse_unwritable(out, history)
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
     prepared = prepare(Path(study), steps, UPDATE, morphs=True, runs=lambda s: "orders" in s.updating.responses)
     with steps.step("weigh what was measured"):
-        before = tuple(prepared.compare(m) for m in prepared.measured)
-        counted = counted_modes(prepared, before)
+        sound = without_mistaken(prepared, [prepared.compare(m) for m in prepared.measured])
+        prepared, before = sound.prepared, sound.compared
+        counted = counted_modes(sound)
         runs_before = tuple(prepared.compare_run(m) for m in prepared.runs)
         runs, passed = counted_runs(prepared, runs_before)
         problem = study_problem(prepared, counted, runs)
@@ -99,7 +103,7 @@ def update(
         model = prepared.models.of(counted[0].configuration if counted else runs[0].measured.configuration)
         after, runs_after = _compared(prepared, found)
         deck = _written(prepared, model, prepared.of_the_deck(found.values, AS_MODELLED))
-        result = update_result(prepared, counted, told, found, before, after, deck, strength, surface, starts, drawn)
+        result = update_result(sound, counted, told, found, after, deck, strength, surface, starts, drawn)
         result["runs"] = runs_result(runs, found, runs_before, runs_after)
         result["warnings"] += passed
         if stopped:

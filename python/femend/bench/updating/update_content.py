@@ -221,6 +221,8 @@ def _recordings(run: UpdateRun) -> list[Section]:
             "is model's",
         )
         lead = "Used to fit." if r["role"] == "fit" else "Held out: it had no part in the update."
+        if r["sensors_left_out"]:
+            lead += f" Without {', '.join(r['sensors_left_out'])}, which look mistaken: MAC and FRFs are of the others."
         if "csac" in r["before"]:
             b, a = r["before"], r["after"]
             lead += (

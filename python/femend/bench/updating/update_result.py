@@ -9,11 +9,9 @@ import numpy as np
 
 from femend.bench.correlation.correlation_result import comparison_result, placed_result
 from femend.bench.doubting.doubted import (
-    MEND_FIRST,
     TIME_FIRST,
     at_one_dof,
     doubted_levels,
-    doubted_sensors,
     doubted_times,
 )
 from femend.bench.doubting.doubted_faint import faint_shapes
@@ -33,6 +31,7 @@ from femend.bench.updating.starts import Starts
 from femend.bench.updating.strength import Strength
 from femend.bench.updating.surface_start import SurfaceStart
 from femend.bench.updating.update_advice import MODAL, few_modes, mesh_advice, missing_modes, passed_over, update_advice
+from femend.bench.updating.without_mistaken import Sound
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
 from femend.model.patched.deck_changes import kept_told
@@ -47,11 +46,10 @@ FORMAT = "femend-update/1"
 
 
 def update_result(
-    prepared: Prepared,
+    sound: Sound,
     counted: Sequence[Counted],
     told: Sensitivity,
     found: UpdateResult,
-    before: Sequence[Compared],
     after: Sequence[Compared],
     deck: UpdatedDeck,
     strength: Strength | None = None,
@@ -60,7 +58,7 @@ def update_result(
     drawn: Drawn | None = None,
 ) -> dict[str, Any]:
     """The content of updating.json."""
-    recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
+    prepared, recordings = sound.prepared, _recordings(sound, after)
     unmet = what_is_left(found, counted)
     more = [one for one in (strength, surface, starts, drawn) if one is not None]
     advice = [
@@ -77,7 +75,7 @@ def update_result(
         "format": FORMAT,
         "title": prepared.study.title,
         "status": found.status,
-        **_said(prepared, counted, before, advice, warnings, unmet.believable(found), len(found.let_go())),
+        **_said(sound, counted, advice, warnings, unmet.believable(found), len(found.let_go())),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
         "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.n_values},
@@ -109,9 +107,8 @@ def update_result(
 
 
 def _said(
-    prepared: Prepared,
+    sound: Sound,
     counted: Sequence[Counted],
-    before: Sequence[Compared],
     advice: Sequence[str],
     warnings: Sequence[str],
     believable: bool,
@@ -120,17 +117,20 @@ def _said(
     """How many modes count, whether the update is `doubtful` as a whole (as one is whose deviations are not
     `believable`, or whose search `let_go` of so many modes), and all advice and warnings: those of the
     measurement first, then those of what was found."""
+    # what looks mistaken is told of the recordings as they are
+    prepared, before = sound.prepared, sound.recorded
     n_counted = sum(c.freq.size for c in counted) - let_go
     measured = n_counted + let_go + sum(len(c.left_out) for c in counted)
     few = few_modes(n_counted, measured) if MODAL & set(prepared.study.updating.responses) else []
-    faults, times, factors = doubted_sensors(before), doubted_times(prepared, before), doubted_frequencies(before)
+    times, factors = doubted_times(prepared, before), doubted_frequencies(before)
+    faults = sound.doubts
     missing = missing_modes(prepared.measured)
     first = [
         *few,
         *missing,
         *([TIME_FIRST] if times else []),
         *([FREQUENCIES_FIRST] if factors else []),
-        *([MEND_FIRST] if faults else []),
+        *sound.mend,
     ]
     settled = with_frames_settled(prepared, before, prepared.warnings)
     told = [*settled, *times, *factors, *at_one_dof(before), *faults, *doubted_levels(before, of_all=True)]
@@ -227,6 +227,13 @@ def _counted(c: Counted) -> dict[str, Any]:
     if c.frf is not None:
         found["frf_lines"] = c.frf.freq.tolist()
     return found
+
+
+def _recordings(sound: Sound, after: Sequence[Compared]) -> list[dict[str, Any]]:
+    """All recordings before and after, with their sensors that were left out."""
+    lost = {o.recording: [str(d) for d in o.dofs] for o in sound.left_out}
+    both = zip(sound.compared, after, strict=True)
+    return [_recording(b, a) | {"sensors_left_out": lost.get(b.measured.name, [])} for b, a in both]
 
 
 def _recording(before: Compared, after: Compared) -> dict[str, Any]:

@@ -45,6 +45,7 @@ def update_text(result: dict[str, Any]) -> str:
     parts += _estimates(result)
     for r in result["recordings"]:
         used = "used to fit" if r["role"] == "fit" else "held out"
+        used += f", without {', '.join(r['sensors_left_out'])}" if r["sensors_left_out"] else ""
         rows = [
             [str(m["mode"]), number(m["freq"]), number(m["freq_before"]), number(m["freq_after"]),
              percent(m["error_before"]), percent(m["error_after"]), fixed(m["mac_before"]), fixed(m["mac_after"])]
