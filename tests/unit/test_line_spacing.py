@@ -47,6 +47,14 @@ def test_a_resonance_has_so_many_lines_and_the_strongest_ones() -> None:
     assert (np.diff(kept) > 0).all()
 
 
+def test_without_a_force_what_the_noise_shows_decides_nothing() -> None:
+    freq = np.arange(0.0, 250.0, 0.002)
+    index = np.flatnonzero((freq >= 10.0) & (freq <= 200.0))
+    noise = np.random.default_rng(2).exponential(size=len(freq))
+    assert noise[spaced(index, freq, None, ZETA)].mean() == pytest.approx(1.0, abs=0.06)
+    assert len(spaced(index, freq, None, ZETA)) == len(spaced(index, freq, noise, ZETA))
+
+
 def test_an_uneven_axis_keeps_its_lines_where_they_are_far_apart() -> None:
     freq = np.concatenate([np.arange(20.0, 40.0, 1.0), np.arange(40.0, 41.0, 0.001)])
     kept = spaced(np.arange(len(freq)), freq, np.ones(len(freq)), ZETA)

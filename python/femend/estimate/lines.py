@@ -252,8 +252,9 @@ def spectral_lines(
     window = np.exp(-sigma * record.dt * np.arange(n))
     freq = np.asarray(np.fft.rfftfreq(n, record.dt), dtype=np.float64)
     Ufull, Yfull = np.fft.rfft(u * window, axis=1), np.fft.rfft(y * window, axis=1)
-    shown = Ufull if record.driven else Yfull / record.noise[:, None]
-    index, step, each = _chosen(freq, band, (np.abs(shown) ** 2).sum(axis=0), (sigma, zeta, limit))
+    force = (np.abs(Ufull) ** 2).sum(axis=0) if record.driven else None
+    shown = (np.abs(Yfull / record.noise[:, None]) ** 2).sum(axis=0) if force is None else force
+    index, step, each = _chosen(freq, band, (shown, force), (sigma, zeta, limit))
     U = Ufull[:, index].T
     allowed = MODEL_ALLOWANCE**2 + (record.force_in_doubt(freq) if record.driven else 0.0)
     variance = record.noise[:, None] ** 2 * float((window**2).sum()) + allowed * smoothed(np.abs(Yfull) ** 2)
@@ -291,7 +292,7 @@ def _of_frf(
         H, variance = damped(frf, sigma, partial(_accelerances, record, reduced, modal))
     variance = variance + frf.allowance**2 * smoothed((np.abs(H) ** 2).T).T
     shown = (np.abs(H) ** 2 / variance).sum(axis=1)
-    index, step, each = _chosen(frf.freq, band, shown, (sigma, zeta, limit))
+    index, step, each = _chosen(frf.freq, band, (shown, None), (sigma, zeta, limit))
     across = None
     if record.across is not None and sigma == 0:
         spectra = np.asarray(record.across, dtype=np.complex128)
@@ -360,19 +361,22 @@ def _made(
 
 
 def _chosen(
-    freq: FloatArray, band: tuple[float, float], power: FloatArray, how: tuple[float, float, int | None]
+    freq: FloatArray,
+    band: tuple[float, float],
+    power: tuple[FloatArray, FloatArray | None],
+    how: tuple[float, float, int | None],
 ) -> tuple[NDArray[np.int64], int, float]:
-    """Which lines of an axis `freq` (Hz) in a band are taken, by their `power`, with how many that tell something each
-    counts as, and of how many recorded ones each is one. `how` are the window's decay, the damping ratio that gives
-    resonances their width, and about how many lines are taken at most."""
-    sigma, zeta, limit = how
+    """Which lines of an axis `freq` (Hz) in a band are taken, by the `power` they show and that of the recorded force,
+    with how many that tell something each counts as, and of how many recorded ones each is one. `how` are the window's
+    decay, the damping ratio that gives resonances their width, and about how many lines are taken at most."""
+    (shown, force), (sigma, zeta, limit) = power, how
     inside = np.asarray(np.flatnonzero(within_band(freq, band)), dtype=np.int64)
-    index = spaced(inside, freq, power, zeta)
+    index = spaced(inside, freq, force, zeta)
     closer = len(inside) / max(len(index), 1)
     step = max(1, int(round(sigma / (2 * np.pi) / (freq[1] - freq[0]) / closer / 2))) if sigma > 0 else 1
     if limit is not None:
         step = max(step, -(-len(index) // limit))
-    return _thinned(index, power, step), step, step * closer
+    return _thinned(index, shown, step), step, step * closer
 
 
 def _thinned(index: NDArray[np.int64], power: FloatArray, step: int) -> NDArray[np.int64]:
