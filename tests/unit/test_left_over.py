@@ -71,6 +71,12 @@ def test_a_sine_along_one_axis_that_leaves_much_is_no_place_to_look() -> None:
     assert "at node 22 along Z leaves 22 % of low, 11 times its noise" in said
     assert "not where to look" in said
     assert left_beside_sine(sine, [{**rows[0], "final": 0.05}]) == ""
+    # where any force there explains the recordings, it does act there, if not all the time alike
+    there: Any = SimpleNamespace(place=SimpleNamespace(nodes=(22,), direction="Z"), fit=SimpleNamespace(score=1.0))
+    changing = left_beside_sine(sine, rows, [there], 1.2)
+    assert "a force of any course explains the recordings to the noise" in changing
+    assert "leaves 22 % of low, 11 times its noise: its amplitude or frequency changes" in changing
+    assert left_beside_sine(sine, rows, [there], 0.9) == said
     assert left_beside_sine({**sine, "parameters": {"frequency": {"value": None}}}, rows) == ""
     assert left_beside_sine({**sine, "physics": "load_misplaced", "parameters": {}}, rows) == ""
 

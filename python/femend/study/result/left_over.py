@@ -8,6 +8,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.locating.locate import Located
 from femend.estimate import FitRecord
 from femend.estimate.power import PASSED
 from femend.estimate.stretches import following
@@ -176,18 +177,30 @@ def _named(recording: str, predictions: Sequence[Prediction]) -> Prediction | No
     return next((p for p in predictions if p.name == recording), None)
 
 
-def left_beside_sine(finding: Mapping[str, Any], fit: Sequence[Mapping[str, Any]]) -> str:
+def left_beside_sine(
+    finding: Mapping[str, Any], fit: Sequence[Mapping[str, Any]], located: Sequence[Located] = (), noise: float = 0.0
+) -> str:
     """What has to be said beside a harmonic force that nobody recorded, an entry of findings, where it leaves much of a
-    recording: one force along one axis of a node comes near others that it is not, and has another place and size."""
+    recording: one force along one axis of a node comes near others that it is not, and has another place and size;
+    unless a force of any course there, of the places `located`, explains the recordings to a score of `noise`."""
     frequency = finding["parameters"].get("frequency", {}).get("value")
     times, worst = farthest_from_noise(fit, "final")
     if finding["physics"] != "unmeasured_force" or frequency is None or worst is None or times < BESIDE_LAWS:
         return ""
     where = finding["location"]
+    leaves = f"leaves {plain(100 * worst['final'], 2)} % of {worst['recording']}, {plain(times, 2)} times its noise"
+    at = f"at node {where['nodes'][0]} along {where['direction']}"
+    there = [f for f in located if (list(f.place.nodes), f.place.direction) == (where["nodes"], where["direction"])]
+    if any(one.fit.score <= noise for one in there):
+        return (
+            f"something acts at {plain(frequency, 3)} Hz {at}, where a force of any course explains the recordings to "
+            f"the noise; one of the same amplitude from their beginning on {leaves}: its amplitude or frequency "
+            "changes, or it began at another time. Stop what runs at that frequency and record again, or record its "
+            "force"
+        )
     return (
-        f"something acts at {plain(frequency, 3)} Hz, but a single force at node {where['nodes'][0]} along "
-        f"{where['direction']} leaves {plain(100 * worst['final'], 2)} % of {worst['recording']}, {plain(times, 2)} "
-        "times its noise: it acts along two axes at once, as an unbalance does that turns, at several nodes, or its "
-        "amplitude changes. Node and amplitude are those of the one force that comes nearest, not where to look: look "
-        "for what runs at that frequency, stop it and record again, or record its force"
+        f"something acts at {plain(frequency, 3)} Hz, but a single force {at} {leaves}: it acts along two axes at "
+        "once, as an unbalance does that turns, at several nodes, or its amplitude changes. Node and amplitude are "
+        "those of the one force that comes nearest, not where to look: look for what runs at that frequency, stop it "
+        "and record again, or record its force"
     )

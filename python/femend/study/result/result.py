@@ -91,7 +91,7 @@ def result_of(
         found = [*found, turned]
         verdict = "missing-physics" if verdict in ("consistent", "parameters-only") else verdict
     seen = predictions, diagnosis.problem.band, records, diagnosis.reduced.model.unresolved
-    sines = "".join(left_beside_sine(one, fit) for one in found)
+    sines = "".join(left_beside_sine(one, fit, diagnosis.located, diagnosis.settings.consistent) for one in found)
     beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit, *seen)
     advice = diagnosis.advice or left_over(diagnosis.verdict, fit, *seen) or beside
     return {
