@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femend.bench.reading.compared import OFF, Compared
+from femend.bench.reading.placed_by_shapes import CLEAR, SUITED
 from femend.correlate import ModeComparison, compare_modes
 from femend.data import ModeSet
 from femend.data.geometry import stated
@@ -21,11 +22,6 @@ if TYPE_CHECKING:
     from femend.bench.reading.prepared import Prepared
 
 __all__ = ["with_frames_settled"]
-
-# mean MAC by which one set of axes has to suit better than the other
-CLEAR = 0.05
-# mean MAC below which neither is suited: what pairs there are look alike by chance
-SUITED = 0.5
 
 
 def with_frames_settled(prepared: Prepared, compared: Sequence[Compared], warnings: Sequence[str]) -> list[str]:

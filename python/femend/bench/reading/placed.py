@@ -74,9 +74,8 @@ def placed_sensors(
     """
     sensors = tuple(dict.fromkeys(d for m in measured for d in m.dofs))
     places, systems = stated(m.geometry for m in measured)
-    ids, xyz = model.node_ids[~model.is_scalar], model.xyz[~model.is_scalar]
+    ids, xyz, reach = _grid(model)
     nodes = [n for n in dict.fromkeys(d.node for d in sensors) if n in places]
-    reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
     on = ON_ELEMENT / PAIRING_TOLERANCE * reach
     points = _points(model, {n: places[n] for n in nodes}, reach)
     found = _alignment(nodes, places, ids, xyz, (unit := _unit(measured)) is not None)
@@ -120,14 +119,19 @@ def placed_sensors(
     return Placed(pairing, found, True, (*told, *frames, *pairs.warnings, *pairs.notes))
 
 
-def _moved_pairs(found: Alignment, turned: Sequence[Dof], places: Mapping[int, FloatArray], model: Model) -> Pairing:
-    """Sensors, `turned` by an alignment, paired at their places moved by it."""
+def _grid(model: Model) -> tuple[NDArray[np.int64], FloatArray, float]:
+    """Ids (n,) and places (n, 3) of the model's nodes that have one, and how far a sensor may be from its node."""
     grid = ~model.is_scalar
     xyz = model.xyz[grid]
-    reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
+    return model.node_ids[grid], xyz, PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
+
+
+def _moved_pairs(found: Alignment, turned: Sequence[Dof], places: Mapping[int, FloatArray], model: Model) -> Pairing:
+    """Sensors, `turned` by an alignment, paired at their places moved by it."""
+    ids, xyz, reach = _grid(model)
     nodes = dict.fromkeys(d.node for d in turned if d.node in places)
     moved = {n: found.scale * found.R @ places[n] + found.offset for n in nodes}
-    return pair_sensors(turned, model.node_ids[grid], xyz, sensor_xyz=moved, points=_points(model, moved, reach))
+    return pair_sensors(turned, ids, xyz, sensor_xyz=moved, points=_points(model, moved, reach))
 
 
 def _suited(

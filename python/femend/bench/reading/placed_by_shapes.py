@@ -17,11 +17,11 @@ from femend.dof import Dof
 from femend.errors import FemendError
 from femend.numerals import plain
 
-__all__ = ["by_shapes", "shapes_suit"]
+__all__ = ["CLEAR", "SUITED", "by_shapes", "shapes_suit"]
 
-# mean MAC by which one placing has to suit better than the next; as of sets of axes (`doubting.doubted_frames`)
+# mean MAC by which one placing, or set of axes, has to suit better than the next
 CLEAR = 0.05
-# mean MAC below which none is suited
+# mean MAC below which none is suited: what pairs there are look alike by chance
 SUITED = 0.5
 # a body has 48 turns of axes onto axes; where more fit, points slide along a mesh
 MOST = 48

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from femend.estimate import Problem
 from femend.model import ReducedModel
 
-__all__ = ["by_cards", "deviations", "frequencies", "put_off", "tuned"]
+__all__ = ["by_cards", "deviations", "put_off", "tuned"]
 
 FloatArray = NDArray[np.float64]
 
@@ -34,13 +34,8 @@ def by_cards(problem: Problem, reduced: ReducedModel, p: FloatArray) -> FloatArr
     return alone
 
 
-def frequencies(problem: Problem, reduced: ReducedModel, p: FloatArray) -> FloatArray:
-    """Frequencies (n_tuned,) in Hz of the modes that are tuned, at unknowns `p` (n_p,)."""
-    return np.asarray(problem.modes(reduced, p)[0][: problem.n_tuned] / (2 * np.pi))
-
-
 def put_off(problem: Problem, reduced: ReducedModel, p: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Frequencies (n_tuned,) in Hz of the modes at unknowns `p` (n_p,), and by what share they are above those at
     `other` ones."""
-    freq, without = (frequencies(problem, reduced, at) for at in (p, other))
+    freq, without = (problem.modes(reduced, at)[0][: problem.n_tuned] / (2 * np.pi) for at in (p, other))
     return freq, freq / np.maximum(without, 1e-300) - 1

@@ -179,16 +179,21 @@ def _one_tone(recovered: Recovered) -> bool:
     """Whether nearly all of what a place did stands about the same line in all recordings, as strong in each: what a
     motion makes goes with its level, and has the frequencies of the recorded force or of the modes."""
     tops, sizes = [], []
-    for freq, F in zip(recovered.freq, recovered.F, strict=True):
+    for record, freq, F in zip(recovered.records, recovered.freq, recovered.F, strict=True):
         power = np.abs(F[:, 0]) ** 2
-        top = int(np.argmax(power))
-        near = power[max(0, top - NEAR_LINES) : top + NEAR_LINES + 1]
-        if near.sum() < PURE * power.sum():
+        near = power[_about_top(power)].sum()
+        if near < PURE * power.sum():
             return False
-        tops.append(float(freq[top]))
-        sizes.append(float(np.sqrt(near.sum())) / len(freq))
+        tops.append(float(freq[np.argmax(power)]))
+        sizes.append(float(np.sqrt(near)) / record.n)
     apart = max(abs(f[1] - f[0]) for f in recovered.freq)
     return bool(max(tops) - min(tops) <= 2 * apart and max(sizes) < ALIKE * min(sizes))
+
+
+def _about_top(power: FloatArray) -> slice:
+    """The strongest of the lines of a power (K,), and the few on either side of it."""
+    top = int(np.argmax(power))
+    return slice(max(0, top - NEAR_LINES), top + NEAR_LINES + 1)
 
 
 def _recovered(given: Given, best: Located) -> Recovered | None:
@@ -358,13 +363,11 @@ def _values(problem: Problem, f: FloatArray, place: Place) -> dict[str, tuple[fl
         level = rms if place.to == "inertia" else float(np.sqrt(np.mean(_twice_differentiated(f, problem) ** 2)))
         return {"level": (level, "acceleration")}
     power = np.abs(np.fft.rfft(f)) ** 2
-    top = int(np.argmax(power))
-    near = power[max(0, top - NEAR_LINES) : top + NEAR_LINES + 1]
+    about = _about_top(power)
+    near = power[about]
     if near.sum() < HARMONIC * power.sum():
         return {"frequency": (None, "Hz"), "amplitude": (rms, "force")}
-    centre = float(
-        (near * np.arange(max(0, top - NEAR_LINES), max(0, top - NEAR_LINES) + len(near))).sum() / near.sum()
-    )
+    centre = float((near * np.arange(about.start, about.start + len(near))).sum() / near.sum())
     return {
         "frequency": (centre / (len(f) * problem.records[0].dt), "Hz"),
         "amplitude": (rms * np.sqrt(2), "force"),
