@@ -90,11 +90,11 @@ wheel: $(VENV)/.installed  ## one wheel for every CPython >= 3.11, in dist/
 	rm -rf dist
 	$(BIN)/maturin build --release --jobs $(JOBS) $(CARGO_FLAGS) --out dist
 
-wheel-test: wheel  ## the wheel in an environment of its own (SMOKE_PYTHON=python3.13), with the quick tests
+wheel-test: wheel  ## the wheel in an environment of its own (SMOKE_PYTHON=python3.13), without whole diagnoses
 	rm -rf $(SMOKE_VENV)
 	"$(SMOKE_PYTHON)" -m venv $(SMOKE_VENV)
 	$(SMOKE_VENV)/bin/python -m pip install --quiet -r requirements/lock.txt dist/femend-*.whl
-	$(SMOKE_VENV)/bin/python -m pytest -m "not slow" -rs $(PARALLEL) $(PYTEST_FLAGS) $(wildcard tests/api tests/unit)
+	$(SMOKE_VENV)/bin/python -m pytest -m "not slow" --without-diagnoses $(PARALLEL) $(PYTEST_FLAGS) $(wildcard tests/api tests/unit)
 
 lock: setup  ## pin anew what pyproject.toml asks for (run it with the oldest Python served)
 	$(BIN)/python requirements/lock.py > requirements/lock.new

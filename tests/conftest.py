@@ -14,6 +14,23 @@ import pytest
 PROJECT = Path(__file__).resolve().parents[1]
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--without-diagnoses`: for a second run on another Python, in a part of the time."""
+    parser.addoption("--without-diagnoses", action="store_true", help="skip tests that diagnose whole studies")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """With `--without-diagnoses`, whatever comes to diagnose a study is skipped there, its fixtures' tests as well."""
+    if config.getoption("--without-diagnoses"):
+        from femend.study import run
+
+        def skipped(*args: object, **kwargs: object) -> None:
+            pytest.skip("whole studies are not diagnosed in this run")
+
+        for name in ("diagnose_records", "diagnose_responses"):
+            setattr(run, name, skipped)
+
+
 @pytest.fixture(scope="session")
 def project_root() -> Path:
     """The folder that holds `pyproject.toml`."""

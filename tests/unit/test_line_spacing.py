@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femend.estimate import FitRecord, spectral_lines
-from femend.estimate.line_spacing import A_RESONANCE, spaced
+from femend.estimate.line_spacing import A_RESONANCE, AT_LEAST, MANY, spaced
 
 DT, BAND, ZETA = 0.002, (10.0, 200.0), 0.01
 
@@ -38,13 +38,22 @@ def test_lines_that_are_far_apart_are_all_taken() -> None:
 def test_a_resonance_has_so_many_lines_and_the_strongest_ones() -> None:
     freq = np.arange(0.0, 250.0, 0.002)
     power = np.random.default_rng(1).uniform(size=len(freq))
-    index = np.flatnonzero((freq >= 10.0) & (freq <= 200.0))
+    index = np.flatnonzero((freq >= 50.0) & (freq <= 200.0))
     kept = spaced(index, freq, power, ZETA)
-    for f in (20.0, 60.0, 150.0):
+    for f in (60.0, 100.0, 150.0):
         inside = np.abs(freq[kept] - f) < ZETA * f
         assert A_RESONANCE - 2 <= inside.sum() <= A_RESONANCE * 1.4
     assert power[kept].mean() > 0.85
     assert (np.diff(kept) > 0).all()
+
+
+@pytest.mark.parametrize(("first", "within"), [(10.0, A_RESONANCE * MANY / 4796), (0.002, AT_LEAST)])
+def test_many_resonances_have_fewer_lines_each(first: float, within: float) -> None:
+    freq = np.arange(0.0, 250.0, 0.0002)
+    index = np.flatnonzero((freq >= first) & (freq <= 200.0))
+    kept = spaced(index, freq, None, ZETA)
+    inside = np.abs(freq[kept] - 150.0) < ZETA * 150.0
+    assert inside.sum() == pytest.approx(within, abs=1.5)
 
 
 def test_without_a_force_what_the_noise_shows_decides_nothing() -> None:
