@@ -11,6 +11,7 @@ from femend.data.recording import RESPONSES
 from femend.errors import RecordingError, SignalError
 from femend.numerals import plain
 from femend.signal import check_signals
+from femend.signal.exponential import exponential_window_of, window_taken_off
 from femend.signal.mains import mains_hum
 from femend.study.file.tacho_sound import tacho_told
 
@@ -25,7 +26,8 @@ BEGINNING = 1
 
 
 def with_warnings(recording: Recording) -> Recording:
-    """`recording` with what `check_signals` finds on its channels as `warnings`, each with channel and time.
+    """`recording` without an exponential window that was put on it, and with what `check_signals` finds on its channels
+    as `warnings`, each with channel and time.
 
     A response that stands still would be taken for a node of every shape: SignalError. So would an FRF that is zero on
     all lines: RecordingError. Weak channels and clipped or held stretches are warnings.
@@ -46,8 +48,27 @@ def with_warnings(recording: Recording) -> Recording:
                 time=fault.start,
             )
         told.append(fault.text)
-    told += [*_offsets(recording), *_preloads(recording), *_hum(recording), *tacho_told(recording)]
+    recording, window_told = _without_window(recording)
+    told += [*window_told, *_offsets(recording), *_preloads(recording), *_hum(recording), *tacho_told(recording)]
     return replace(recording, warnings=(*recording.warnings, *told))
+
+
+def _without_window(recording: Recording) -> tuple[Recording, list[str]]:
+    """The recording as it was before an exponential window was put on it, and what is said of that."""
+    data = recording.time
+    window = exponential_window_of(data) if recording.excitation == "measured" else None
+    if window is None:
+        return recording, []
+    end, forced = 100 * float(window.values(data)[-1]), bool(set(window.rows) & set(data.rows("force")))
+    off = "the sensors and the force" if forced else "the sensors, not off the force, whose noise does not fall"
+    said = (
+        f"recording {recording.name!r}: an exponential window is on it, since the noise of all its sensors falls with "
+        f"exp(-{plain(window.decay, 3)} t), to {plain(end, 2)} % of what it is at the beginning. It is damping, of "
+        f"{plain(10 * window.decay / (2 * np.pi), 2)} % of the critical one at 10 Hz, that the structure does not "
+        f"have: it was taken off {off}, from the {'blow' if window.begin else 'first sample'} on. Export time records "
+        "without a window"
+    )
+    return replace(recording, data=window_taken_off(data, window)), [said]
 
 
 def _offsets(recording: Recording) -> list[str]:
