@@ -33,6 +33,7 @@ from femend.study.doubts.explained import answered
 from femend.study.doubts.plausible import Doubted, doubts_found
 from femend.study.doubts.priors import bounds_told, far_told
 from femend.study.doubts.sound import deck_doubts, warnings_of
+from femend.study.file.cut_blows import left_out, none_whole, of_whole_blows
 from femend.study.file.load import load_study
 from femend.study.file.study import Study
 from femend.study.free_dashpots import with_free_dashpots
@@ -118,6 +119,8 @@ def _diagnose(
             *warnings_of(study, model.deck, test),
             *damping_told(model, study.parameters),
             *doubts.texts,
+            *left_out(_fitted(test)),
+            *none_whole(_fitted(test)),
         ]
     for text in (*warnings, *bounds_told(study.parameters)):
         say(progress, text)
@@ -128,7 +131,7 @@ def _diagnose(
             right = (
                 left_out_unseen(*given) if unrecorded else corrections_of(model, pairing, study.damping_ratio, *given)
             )
-    used = _usable(right.test, unrecorded)
+    used = of_whole_blows(_usable(right.test, unrecorded))
     records = [] if unrecorded and not _enough(right.test) else fit_records(used, model, pairing)
     task = _Task(
         study, model, test, pairing, records, info, steps, folder, right, limit, warnings, doubts.of_recordings
@@ -268,7 +271,7 @@ class _Task:
         spring or a heavy mass at the shaker may scale as much."""
         whole = [one for one in self.doubted if one.doubt.kind in OF_ALL]
         told = [one.text for one in whole if not (sure and one.doubt.kind == "level" and _of_structures(one))]
-        return [*deck_doubts(self.study, self.model.deck), *told]
+        return [*deck_doubts(self.study, self.model.deck), *none_whole(_fitted(self.test)), *told]
 
     def settled(self, why: str = "the run was interrupted") -> StudyRun | None:
         """What is settled when it is stopped for the reason `why`, written; None where nothing is."""
@@ -336,10 +339,14 @@ def _enough(test: Test) -> bool:
     return all(r.is_time and r.response is not None and len(r.response.channels) >= LEAST_SENSORS for r in fit)
 
 
+def _fitted(test: Test) -> list[Recording]:
+    return [r for r in test if r.role == "fit"]
+
+
 def _usable(test: Test, unrecorded: bool = False) -> list[Recording]:
     """Fit recordings the estimation can take, those of a force nobody recorded where that is looked for; others are an
     error that says what to do."""
-    fit = [r for r in test if r.role == "fit"]
+    fit = _fitted(test)
     if not fit:
         raise StudyError('no recording has role = "fit"; at least one is needed to estimate anything', key="recording")
     taken = "unknown" if unrecorded else "measured"

@@ -13,6 +13,8 @@ from femend.numerals import plain
 from femend.signal import check_signals
 from femend.signal.exponential import exponential_window_of, window_taken_off
 from femend.signal.mains import mains_hum
+from femend.signal.suited import blows
+from femend.study.file.cut_blows import cut_blows
 from femend.study.file.tacho_sound import tacho_told
 
 __all__ = ["with_warnings"]
@@ -38,7 +40,8 @@ def with_warnings(recording: Recording) -> Recording:
     if not recording.is_time:
         return recording
     data = recording.time
-    told = []
+    told: list[str] = cut_blows(recording)
+    forces = data.rows("force") if told else ()
     for fault in check_signals(data):
         if fault.kind == "dead" and data.channels[fault.row].quantity in RESPONSES:
             raise SignalError(
@@ -47,7 +50,8 @@ def with_warnings(recording: Recording) -> Recording:
                 channel=fault.channel,
                 time=fault.start,
             )
-        told.append(fault.text)
+        if fault.kind != "clipped" or fault.row not in forces:
+            told.append(fault.text)
     recording, window_told = _without_window(recording)
     told += [*window_told, *_offsets(recording), *_preloads(recording), *_hum(recording), *tacho_told(recording)]
     return replace(recording, warnings=(*recording.warnings, *told))
@@ -92,9 +96,12 @@ def _offsets(recording: Recording) -> list[str]:
 
 
 def _preloads(recording: Recording) -> list[str]:
-    """Forces with a mean from their beginning on, as a preload or a sensor's offset is; one that sets in is none."""
+    """Forces with a mean from their beginning on, as a preload or a sensor's offset is; one that sets in is none. A
+    hammer's offset is taken off (`signal/hammer.py`)."""
     data = recording.time
     told: list[str] = []
+    if blows(data).size:
+        return []
     for row in data.rows("force"):
         channel, x = data.channels[row], data.values[row]
         mean, swing = float(x.mean()), float(x.std())
