@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from femend.data import Channel, Recording, TimeData
+from femend.data import Channel, Recording, Test, TimeData
 from femend.dof import Dof
 from femend.study.file.channels_sound import with_warnings
-from femend.study.file.cut_blows import cut_blows, left_out, none_whole, of_whole_blows
+from femend.study.file.cut_blows import cut_blows, left_out, none_whole, of_whole_blows, without_cut_blows
 
 DT, N = 1 / 1024, 2048
 
@@ -52,6 +54,8 @@ def test_a_fit_is_of_whole_blows_where_there_are_some() -> None:
     assert [r.name for r in of_whole_blows([cut, whole])] == ["whole"]
     assert left_out([cut, whole]) == ["recording 'cut' is not fitted, since its blows were not recorded whole"]
     assert none_whole([cut, whole]) == []
+    predicted = replace(cut, name="predicted", role="predict")
+    assert [r.name for r in without_cut_blows(Test((cut, whole, predicted)))] == ["whole", "predicted"]
     # where none is whole all are fitted, and that is told
     assert [r.name for r in of_whole_blows([cut])] == ["cut"]
     assert left_out([cut]) == []

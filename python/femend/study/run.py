@@ -33,7 +33,7 @@ from femend.study.doubts.explained import answered
 from femend.study.doubts.plausible import Doubted, doubts_found
 from femend.study.doubts.priors import bounds_told, far_told
 from femend.study.doubts.sound import deck_doubts, warnings_of
-from femend.study.file.cut_blows import left_out, none_whole, of_whole_blows
+from femend.study.file.cut_blows import left_out, none_whole, of_whole_blows, without_cut_blows
 from femend.study.file.load import load_study
 from femend.study.file.study import Study
 from femend.study.free_dashpots import with_free_dashpots
@@ -113,7 +113,7 @@ def _diagnose(
         test = study.read_recordings()
         pairing = pair_test(test, model)
         _usable(test, unrecorded)
-        doubts = doubts_found(model, test, pairing, study.damping_ratio)
+        doubts = doubts_found(model, without_cut_blows(test), pairing, study.damping_ratio)
         warnings = [
             *pairing.warnings,
             *warnings_of(study, model.deck, test),

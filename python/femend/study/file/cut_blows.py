@@ -11,11 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.data import Recording, Remark, TimeData
+from femend.data import Recording, Remark, Test, TimeData
 from femend.numerals import listed, plain
 from femend.signal.suited import blows
 
-__all__ = ["cut_blows", "left_out", "none_whole", "of_whole_blows"]
+__all__ = ["cut_blows", "left_out", "none_whole", "of_whole_blows", "without_cut_blows"]
 
 # the step into a flat top, as a share of the peak: that of a pulse which happens to have two equal samples at its top,
 # or whose crest quantisation flattens, is none
@@ -37,7 +37,7 @@ def cut_blows(recording: Recording) -> list[str]:
     row = data.rows("force")[0]
     x = data.values[row] - np.median(data.values[row])
     x = x if x.max() >= -x.min() else -x
-    told = []
+    told: list[str] = []
     flat, begun = _flat_top(x), float(x[0] / x.max())
     if flat is not None:
         first, last = flat
@@ -60,6 +60,13 @@ def cut_blows(recording: Recording) -> list[str]:
 def of_whole_blows(recordings: Sequence[Recording]) -> list[Recording]:
     """The `recordings` whose blows, if any, were recorded whole; all of them where none were."""
     return [r for r in recordings if not cut_blows(r)] or list(recordings)
+
+
+def without_cut_blows(test: Test) -> Test:
+    """`test` without the fit recordings that are left out for their blows."""
+    fit = [r for r in test if r.role == "fit"]
+    used = of_whole_blows(fit)
+    return test if len(used) == len(fit) else Test(tuple(r for r in test if r.role != "fit" or r in used))
 
 
 def none_whole(recordings: Sequence[Recording]) -> list[str]:
