@@ -138,10 +138,10 @@ class ModesData:
 class RunData:
     """A run: low-passed accelerations `y` (n_out, n) at `dt` s with their `noise` (n_out,) and `envelope` (n_out, n).
 
-    `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted; so does `doubt`
-    (n_out, n), where a sensor's band is noise or another structure's (None: nowhere). The forces grow with `power`
-    (n, reference) as Omega^n, and are those of Omega^2 at the reference in rev/s; `run` is that of Omega^2. Of another
-    `order` than 1, speeds and angles are so many times the rotor's.
+    `speed` counts its time from the first sample. `slips` (n,) multiplies the deviation: large at the ends and where
+    the tacho is not to be trusted; so does `doubt` (n_out, n), where a sensor's band is noise or another structure's
+    (None: nowhere). The forces grow with `power` (n, reference) as Omega^n, and are those of Omega^2 at the reference
+    in rev/s; `run` is that of Omega^2. Of another `order` than 1, speeds and angles are so many times the rotor's.
     """
 
     name: str
@@ -251,6 +251,8 @@ def run_data(
         )
     time = recording.time
     speed = tacho_speed(time, rotating.tacho, pulses_per_revolution=int(rotating.pulses_per_revolution))
+    # samples of a run count from its first one, whatever time the recorder gives that
+    speed = replace(speed, t=speed.t - time.t0)
     speed = speed if order == 1.0 else speed.of_order(order)
     f_max = f_max or ABOVE * float(speed.rev_per_s.max())
     keep = max(1, int(time.rate / (PER_CYCLE * f_max)))
@@ -299,10 +301,12 @@ def _accelerations(recording: Recording) -> TimeData | None:
 
 def tacho_warnings(recording: Recording, speed: Speed, order: float = 1.0) -> tuple[str, ...]:
     """What is doubtful about a run's tacho: pulses that had to be repaired, with the sampling where that is why, and
-    another number of them to a turn than the responses follow. `speed` is that of an `order`."""
+    another number of them to a turn than the responses follow. `speed` is that of an `order`, its time that of
+    `RunData`."""
     if recording.rotating is None:
         return ()
     speed = speed if order == 1.0 else speed.of_order(1.0 / order)
+    speed = replace(speed, t=speed.t + recording.time.t0)
     told = (_repaired(recording, speed), _wrong_count(recording, speed))
     return tuple(f"recording {recording.name!r}: {text}" for text in told if text)
 
