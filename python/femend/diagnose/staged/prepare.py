@@ -25,6 +25,7 @@ __all__ = [
     "FrfData",
     "ModesData",
     "RunData",
+    "envelope_of",
     "excited_band",
     "frf_data",
     "run_data",
@@ -261,8 +262,6 @@ def run_data(
     taps = 2 * int(4.0 * time.rate / f_max) + 1
     low = signal.firwin(taps, min(f_max, 0.45 * time.rate), fs=time.rate)
     y = signal.fftconvolve(values, low[None], axes=1, mode="same")[:, ::keep] if len(values) else np.zeros((0, n))
-    width = max(3, int(round(1.0 / dt)))
-    envelope = np.sqrt(np.maximum(signal.fftconvolve(y**2, np.full((1, width), 1 / width), mode="same", axes=1), 0.0))
     t = dt * np.arange(n)
     slips = 1 + 1e3 * ((t < START) | (t > t[-1] - END))
     return RunData(
@@ -270,7 +269,7 @@ def run_data(
         np.asarray(y),
         dt,
         _noise(values, time.dt, f_max),
-        envelope,
+        envelope_of(y, dt),
         slips,
         speed,
         speed.at(np.clip(t, speed.t[0], speed.t[-1]))[0],
@@ -282,6 +281,13 @@ def run_data(
         f_max,
         order=order,
     )
+
+
+def envelope_of(y: FloatArray, dt: float) -> FloatArray:
+    """Root mean square (n_ch, n) of records y (n_ch, n) at `dt` s over the second around every sample."""
+    width = max(3, int(round(1.0 / dt)))
+    mean = signal.fftconvolve(y**2, np.full((1, width), 1 / width), mode="same", axes=1)
+    return np.sqrt(np.maximum(mean, 0.0))
 
 
 def _accelerations(recording: Recording) -> TimeData | None:

@@ -13,6 +13,7 @@ from femend.data import FRF, IdentifiedModes, Recording, Test
 from femend.diagnose.staged.candidates import rivals
 from femend.diagnose.staged.loads import RunResult, fit_run
 from femend.diagnose.staged.narrow_runs import is_too_narrow, narrow_runs
+from femend.diagnose.staged.other_orders import without_other_orders
 from femend.diagnose.staged.places import elsewhere
 from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import run_modes, too_short_for_modes
@@ -121,6 +122,8 @@ def staged_data(test: Test) -> StagedData:
             if is_too_narrow(run):
                 narrow.append(run)
             else:
+                run, said = without_other_orders(run)
+                told += [said] if said else []
                 data.runs.setdefault(r.configuration, []).append(run)
         else:
             found = identify_output_only(r.time)
