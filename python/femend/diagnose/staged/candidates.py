@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from femend.diagnose.staged.nodes import on_the_line
 from femend.diagnose.staged.places import masses_and_springs, places_tried, untaken
@@ -30,8 +31,10 @@ def rivals(
     free, limit = setup.free, setup.settings.most_places
     found: list[LinearTerm] = []
     for region in setup.regions[configuration]:
-        term = compliant_support(free, region, setup.omega, setup.zeta)
-        found.append(term.only_in(configuration) if len(setup.configurations) > 1 else term)
+        for i, spread in enumerate(region.spread()):
+            term = compliant_support(free, spread, setup.omega, setup.zeta)
+            term = replace(term, label=f"{term.label}, spread to tilt as on a layer") if i else term
+            found.append(term.only_in(configuration) if len(setup.configurations) > 1 else term)
     found += [spring_bending(free, group) for group in setup.bushes]
     local: list[LinearTerm] = []
     members = [eid for eid, card, _, _ in free.deck.elements() if card in MEMBERS][:limit]

@@ -43,7 +43,7 @@ def without_other_orders(data: RunData) -> tuple[RunData, str]:
     orders = [order for order in ORDERS if (order + BESIDE) * reach < data.f_max]
     if not len(data.y) or not orders:
         return data, ""
-    parts = _tracked(data, t[inside], [1.0, *orders])
+    parts = _tracked(data, np.asarray(t[inside], dtype=np.float64), [1.0, *orders])
     total = float((data.y**2).sum())
     share = {order: float((part**2).sum()) / total for order, part in parts.items()}
     found = [order for order in orders if share[order] > max(SHARE, ABOVE_NOISE * share[order + BESIDE])]

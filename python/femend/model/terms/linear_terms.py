@@ -78,7 +78,8 @@ class LinearTerm:
     `nodes`, `to`, `direction` are the place as a finding states it; `releases` are rows of the free model's independent
     set that the term frees; `configurations` those it exists in, empty for all; `structural`: does the structure's own
     damping act on its stiffness too? A term that acts with the speed has the highest speed as `reference` (rad/s), and
-    a stiffness over speed its `size` at rest (None where only a factor can be told).
+    a stiffness over speed its `size` at rest (None where only a factor can be told). A support acts at its nodes by
+    their `shares` of its area, or 1 each.
     """
 
     name: str
@@ -96,6 +97,7 @@ class LinearTerm:
     label: str = ""
     reference: float = 0.0
     size: float | None = None
+    shares: tuple[float, ...] = ()
 
     def active(self, configuration: str) -> bool:
         """Does the term exist in that configuration?"""
@@ -169,7 +171,7 @@ def compliant_support(model: Model, region: SupportRegion, omega: float, zeta: f
         parts.append(TermPart("C", matrix, ((2 * i + 1, 1),)))
     return LinearTerm(
         name, "compliant_support", region.nodes, "ground", "", tuple(unknowns), tuple(parts), region.rows,
-        structural=False, area=region.area, label=f"elastic support under {region.name}",
+        structural=False, area=region.area, label=f"elastic support under {region.name}", shares=tuple(share.tolist()),
     )  # fmt: skip
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from femend.diagnose.staged import Flow, Setup
 from femend.errors import DeckError
 from femend.io.deck import FieldChange, next_id, patch_deck
@@ -172,14 +170,10 @@ def _lost(setup: Setup, term: LinearTerm, values: dict[str, float]) -> list[tupl
 
 def _support(setup: Setup, term: LinearTerm, values: dict[str, float], element: int) -> tuple[list[str], int]:
     """Springs and dashpots to ground under every node; they work where the SPC set leaves the region free."""
-    region = next((r for rs in setup.regions.values() for r in rs if r.nodes == term.nodes), None)
-    if region is None:
-        return [], element
-    share = region.areas if region.area > 0 else np.ones(len(region.nodes))
     lines = _comment(
         "springs under held nodes do nothing; to stand on them, select an SPC set (or SPC = 0) without these nodes"
     )
-    for node, part in zip(region.nodes, share, strict=True):
+    for node, part in zip(term.nodes, term.shares, strict=True):
         for axis, component in _AXES.items():
             for letter, card in (("k", "CELAS2"), ("c", "CDAMP2")):
                 value = values.get(f"{letter}_{axis}")
