@@ -22,7 +22,7 @@ ORDERS, BESIDE = (2.0, 3.0, 4.0), 0.5
 # bandwidth in orders: all of an order that passes a resonance, and as little of its neighbours as may be
 WIDTH = 0.4
 # share of the power from which an order is taken off: the square of what the form of the model leaves of a run. Runs
-# of order 1 alone show 1e-5 at order 2 and less (12 rigs, sweeps of 12 to 100 s)
+# of order 1 alone show 1.3e-5 at order 2 and less (nine run-ups of 12 to 100 s)
 SHARE = 1e-3
 # and by how many times it has to be above what is found beside it
 ABOVE_NOISE = 5.0
