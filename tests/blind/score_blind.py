@@ -25,7 +25,10 @@ __all__ = ["calibration", "near", "nrmse", "report", "score", "wilson"]
 
 Rows = list[dict[str, Any]]
 BINS = ((0.0, 0.75), (0.75, 1.5), (1.5, 4.0), (4.0, 12.0), (12.0, math.inf))
-COLUMNS = {"name right": "named", "wrong name": "wrong", "silent": "silent", "located": "located", "family": "family"}
+COLUMNS = {
+    "name right": "named", "wrong name": "wrong", "silent": "silent", "located": "located", "place first": "first",
+    "family": "family",
+}  # fmt: skip
 
 
 def wilson(k: int, n: int, z: float = 1.96) -> tuple[float, float]:
