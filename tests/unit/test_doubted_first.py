@@ -59,7 +59,7 @@ def test_a_level_that_a_structure_may_have_is_nothing_to_settle_first(
     """Places were looked for beside it, since a soft foot scales all responses as much."""
     study = load_study(write_study(tmp_path, Truth()))
     one = Doubted(Doubt(kind, "", "what is doubted", factor), ("low",))
-    task: Any = SimpleNamespace(study=study, model=read_model(study.model_file), doubted=[one])
+    task: Any = SimpleNamespace(study=study, model=read_model(study.model_file), doubted=[one], test=[])
     task._contradictions = lambda **sure: _Task._contradictions(task, **sure)
     result: dict[str, Any] = {"verdict": "undetermined", "warnings": [one.text], "advice": "run it again"}
     told = _Task._doubted_first(task, result)["advice"]
