@@ -304,30 +304,6 @@ def test_a_second_effect_is_looked_for_where_the_model_bends_for_a_law_that_leav
     assert called == asked
 
 
-@pytest.mark.parametrize(("explains", "asked"), [(False, ["one place", "two places"]), (True, ["one place"])])
-def test_two_linear_laws_act_at_one_place_where_a_single_force_explains_all(
-    monkeypatch: pytest.MonkeyPatch, explains: bool, asked: list[str]
-) -> None:
-    """A strong cubic spring that can be followed for a second alone moves by as much at all levels as no spring does;
-    two linear laws at two places were fitted for minutes."""
-    law = SimpleNamespace(
-        candidate=SimpleNamespace(nonlinear=True, joint=object(), prior=0.0),
-        recovered=SimpleNamespace(fit=SimpleNamespace(p=np.zeros(1))),
-        score=1.0,
-    )
-    nothing = cast(Any, None)
-    settings = Settings()
-    first = Searched(nothing, nothing, [], nothing, [], [], [cast(Any, law)], settings, 1e3, 0.0, 0.0, sigma=1.0)
-    called: list[str] = []
-    monkeypatch.setattr(Searched, "one_force_explains", property(lambda searched: explains))
-    monkeypatch.setattr(second, "element_depends_on_level", lambda problem, joint, p: False)
-    monkeypatch.setattr(second, "_worth_looking", lambda searched: True)
-    monkeypatch.setattr(second, "_in_parallel", lambda searched: called.append("one place"))
-    monkeypatch.setattr(second, "_beside_the_best", lambda searched: (called.append("two places"), False))
-    assert second._both_linear(first) is None
-    assert called == asked
-
-
 def test_two_laws_show_by_the_model_that_no_longer_bends() -> None:
     settings = Settings()
     assert unbends(settings, 230.0, 10.0)

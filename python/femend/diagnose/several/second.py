@@ -134,8 +134,7 @@ def _looked_for(first: Searched) -> Further | None:
 def _both_linear(first: Searched) -> Further | None:
     """Two linear laws that explain whole records where the best law is nonlinear, but what acts at its place the same
     at all levels, and the model bends for it or it could be followed in the beginning of the records alone; None
-    otherwise. With a spring and dashpot beside it, and a model that bends, a nonlinear law may do as well as both.
-    Where a single free force explains all of them, both act where it does."""
+    otherwise. With a spring and dashpot beside it, and a model that bends, a nonlinear law may do as well as both."""
     settings, best = first.settings, first.ranked[0] if first.ranked else None
     if best is None or not best.candidate.nonlinear or best.candidate.joint is None or best.recovered is None:
         return None
@@ -149,8 +148,7 @@ def _both_linear(first: Searched) -> Further | None:
     if not _worth_looking(alone):
         return None
     beaten = best.score if first.sigma == 0 else np.inf
-    found = [_in_parallel(alone), None if alone.one_force_explains else _beside_the_best(alone)[0]]
-    both = (_explaining(first, f) for f in found)
+    both = (_explaining(first, f) for f in (_in_parallel(alone), _beside_the_best(alone)[0]))
     return min((f for f in both if f is not None and f.score < beaten), key=lambda f: f.score, default=None)
 
 
