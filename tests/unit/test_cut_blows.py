@@ -50,7 +50,8 @@ def test_whole_blows_are_left_as_they_are() -> None:
 
 
 def test_a_fit_is_of_whole_blows_where_there_are_some() -> None:
-    whole, cut = struck("whole", blow(100.3)), struck("cut", np.minimum(blow(100.3), 60.0))
+    forces = {"whole": blow(100.3), "cut": np.minimum(blow(100.3), 60.0)}
+    whole, cut = (with_warnings(struck(name, force)) for name, force in forces.items())
     assert [r.name for r in of_whole_blows([cut, whole])] == ["whole"]
     assert left_out([cut, whole]) == ["recording 'cut' is not fitted, since its blows were not recorded whole"]
     assert none_whole([cut, whole]) == []

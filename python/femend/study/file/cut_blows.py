@@ -25,6 +25,8 @@ EQUAL = 1e-6
 # share of its peak at which a blow stands at the first sample where a trigger cut its beginning off: below a fifth of
 # the peak less than 2 % of the impulse of a half sine or a cosine bell is missing
 BEGUN = 0.2
+# faults of what is said of them
+CUT_OFF, BEGUN_BEFORE = "blow cut off", "blow begun"
 
 
 def cut_blows(recording: Recording) -> list[str]:
@@ -46,20 +48,20 @@ def cut_blows(recording: Recording) -> list[str]:
             f"{_time(data, last)} s, into which it steps: the blow is cut off by the channel's range, and no model "
             "answers a force that was not recorded. Strike softer or widen the range, and leave such blows out"
         )
-        told.append(Remark(recording.name, said, data.channels[row].text, "blow cut off"))
+        told.append(Remark(recording.name, said, data.channels[row].text, CUT_OFF))
     if begun > BEGUN:
         said = (
             f"stands at {plain(100 * begun, 2)} % of its peak at the first sample: the recording begins within the "
             "blow, and what it did before, which the structure answers as well, is not known. Record with a "
             "pre-trigger, and leave such blows out"
         )
-        told.append(Remark(recording.name, said, data.channels[row].text, "blow begun"))
+        told.append(Remark(recording.name, said, data.channels[row].text, BEGUN_BEFORE))
     return told
 
 
 def of_whole_blows(recordings: Sequence[Recording]) -> list[Recording]:
-    """The `recordings` whose blows, if any, were recorded whole; all of them where none were."""
-    return [r for r in recordings if not cut_blows(r)] or list(recordings)
+    """The `recordings` of whose blows, if any, nothing was said when they were read; all of them where none are so."""
+    return [r for r in recordings if not _is_cut(r)] or list(recordings)
 
 
 def without_cut_blows(test: Test) -> Test:
@@ -71,7 +73,7 @@ def without_cut_blows(test: Test) -> Test:
 
 def none_whole(recordings: Sequence[Recording]) -> list[str]:
     """What is said where of the `recordings` that are fitted none has blows that were recorded whole."""
-    if not recordings or not all(cut_blows(r) for r in recordings):
+    if not recordings or not all(_is_cut(r) for r in recordings):
         return []
     return [
         "of no fit recording the blows were recorded whole (each is told): what is missing of the forces looks like "
@@ -90,6 +92,10 @@ def left_out(recordings: Sequence[Recording]) -> list[str]:
         f"recording{'' if one else 's'} {listed([repr(name) for name in out], 6)} {'is' if one else 'are'} not fitted, "
         f"since {'its' if one else 'their'} blows were not recorded whole"
     ]
+
+
+def _is_cut(recording: Recording) -> bool:
+    return any(isinstance(text, Remark) and text.fault in (CUT_OFF, BEGUN_BEFORE) for text in recording.warnings)
 
 
 def _flat_top(x: NDArray[np.float64]) -> tuple[int, int] | None:
