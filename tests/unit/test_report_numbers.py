@@ -268,6 +268,14 @@ def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
     assert headline(worse).endswith("0.17 → 0.18, over all frequencies no better.")
 
 
+def test_a_headline_leaves_out_recordings_that_were_not_fitted() -> None:
+    """Of three blows two were cut off: what the model leaves of those says nothing of it."""
+    row = {"recording": "whole", "role": "fit", "noise_floor": 0.02, "nominal": 0.46, "parameters": 0.02, "final": 0.02}
+    cut = {**row, "recording": "cut", "noise_floor": None, "nominal": 0.6, "parameters": 0.35, "final": 0.35}
+    result = {"verdict": "parameters-only", "parameters": {"E": {"factor": 1.1, "sd": 0.01}}, "fit": [cut, row]}
+    assert headline(result).endswith("error on the fitted recordings 0.46 → 0.02.")
+
+
 def test_a_headline_tells_the_error_in_the_band_that_was_compared() -> None:
     """Lines that a mesh does not follow are left out of the comparison, and say nothing of what it found."""
     inside = {"band": [2.0, 180.4], "nominal": 0.5, "parameters": 0.4, "final": 0.02}

@@ -77,10 +77,13 @@ class ErrorGain:
 def error_gain(result: Result, before: str, after: str) -> ErrorGain | None:
     """NRMSE at two stages (nominal, parameters, final), averaged over the held-out recordings.
 
-    Those used for the fit speak where nothing was held out; None where no figures are given.
+    Those used for the fit speak where nothing was held out, of them those with a noise floor where some have one: the
+    others were left out of the fit. None where no figures are given.
     """
     for role, which in (("validate", UNSEEN), ("fit", FITTED)):
         table = [r for r in rows(result.get("fit")) if r.get("role") == role]
+        if role == "fit":
+            table = [r for r in table if number(r.get("noise_floor")) is not None] or table
         pairs = [(number(r.get(before)), number(r.get(after))) for r in table]
         known = [(b, a) for b, a in pairs if b is not None and a is not None]
         if known:
